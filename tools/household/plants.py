@@ -133,9 +133,10 @@ def cactus(extent_m: Sequence[float], seed: int = 0) -> Model:
         points = (
             np.stack([ring * np.cos(angle), ring * np.sin(angle), tall * share[:, None] + 0 * angle], axis=2) + foot
         )
-        return grid_surface(points[:, ::-1], crease_deg=70.0)
+        uvs = np.stack(np.broadcast_arrays(angle / (2.0 * np.pi), share[:, None]), axis=2)
+        return grid_surface(points[:, ::-1], uvs[:, ::-1], crease_deg=70.0)
 
-    green = Material("cactus", textures.linear_color("#4d6b45"), roughness=0.65)
+    green = Material("cactus", base_color_texture=textures.cactus_skin(seed), roughness=0.65)
     body = [
         column(np.array([0.0, 0.0, soil_z - 0.01]), height / 2 - soil_z + 0.01, radius * 0.44),
         column(np.array([radius * 0.46, radius * 0.2, soil_z - 0.01]), height * 0.34, radius * 0.26),

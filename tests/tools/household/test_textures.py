@@ -8,6 +8,7 @@ import pytest
 
 from tools.household import textures
 from tools.household.model import Texture
+from tools.household.textures import screens
 from tools.household.textures.encode import normals
 from tools.household.textures.noise import cells, cloud
 
@@ -41,11 +42,13 @@ COVERING: dict[str, Callable[[int], Texture]] = {
     "apple_skin": textures.apple_skin,
     "book_jacket": lambda seed: textures.book_jacket(0.13, 0.19, 0.03, seed),
     "botanical": lambda seed: textures.botanical(seed=seed),
+    "cactus_skin": textures.cactus_skin,
     "landscape": lambda seed: textures.landscape(seed=seed),
     "leaf": lambda seed: textures.leaf(seed=seed),
     "magazine_cover": lambda seed: textures.magazine_cover(seed=seed),
     "rug": lambda seed: textures.rug(2.0, 1.4, seed),
     "strap_leaf": lambda seed: textures.strap_leaf(seed=seed),
+    "wallpaper": lambda seed: screens.wallpaper(0.54, 0.32, seed),
 }
 
 

@@ -2,7 +2,7 @@
 
 from tools.household import electronics, materials
 from tools.household.item import Item
-from tools.household.model import Material, Model
+from tools.household.model import Material, Model, Texture
 from tools.household.textures import linear_color, screens
 
 _BLACK, _WHITE = "#1b1c1e", "#e9e9e6"
@@ -18,8 +18,8 @@ def _tv(width_m: float, height_m: float, foot: str, seed: int) -> Model:
     )
 
 
-def _monitor(width_m: float, height_m: float, seed: int, case: Material) -> Model:
-    return electronics.flat_screen(width_m, height_m, screens.desktop(width_m, height_m, seed), "column", case)
+def _monitor(width_m: float, height_m: float, picture: Texture, case: Material) -> Model:
+    return electronics.flat_screen(width_m, height_m, picture, "column", case)
 
 
 def _laptop(width_m: float, depth_m: float, angle_deg: float, seed: int, case: Material) -> Model:
@@ -37,12 +37,16 @@ ITEMS = (
     Item("tv_wall", "tv", lambda: _tv(1.23, 0.71, "wall", 1), "tv", "wall", texture_px=512),
     Item("tv_small", "tv", lambda: _tv(0.73, 0.43, "column", 2), "tv", texture_px=512),
     Item(
-        "monitor_black", "monitor", lambda: _monitor(0.54, 0.32, 1, materials.paint(_BLACK, 0.4)), "tv", texture_px=512
+        "monitor_black",
+        "monitor",
+        lambda: _monitor(0.54, 0.32, screens.wallpaper(0.54, 0.32, 1), materials.paint(_BLACK, 0.4)),
+        "tv",
+        texture_px=512,
     ),
     Item(
         "monitor_wide",
         "monitor",
-        lambda: _monitor(0.81, 0.36, 2, materials.paint("#c9cbce", 0.35)),
+        lambda: _monitor(0.81, 0.36, screens.desktop(0.81, 0.36, 2), materials.paint("#c9cbce", 0.35)),
         "tv",
         texture_px=512,
     ),

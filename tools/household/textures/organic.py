@@ -47,6 +47,29 @@ def bark(seed: int = 0) -> Texture:
     return base_color(mix(color, hex_color("#46372a"), 0.6 * smoothstep(0.78, 0.98, scars)), 0.24, 0.12)
 
 
+def cactus_skin(seed: int = 0) -> Texture:
+    """A column cactus of ten ribs, wrapped once: u around from a rib, v from the foot (bottom) to the tip, 1 × 1.
+
+    On each rib tufts of straw-coloured spines, in rows that are about as far apart as ribs are.
+    """
+    rng = np.random.default_rng(seed)
+    shape = (256, 256)
+    ribs, rows, spine = 10, 13, 0.46
+    up = (1.0 - (np.arange(shape[0]) + 0.5) / shape[0])[:, None]
+    around = ((np.arange(shape[1]) + 0.5) / shape[1])[None, :]
+    across = (around * ribs + 0.5) % 1.0 - 0.5 + np.zeros(shape)
+    along = (up * rows + 0.5 * (np.floor(around * ribs + 0.5) % 2)) % 1.0 - 0.5
+    distance, angle = np.hypot(across, along), np.arctan2(along, across)
+    crest = smoothstep(0.45, 0.05, np.abs(across))
+    shade = 1.0 + 0.08 * cloud(shape, rng, (40.0, 40.0)) + 0.05 * cloud(shape, rng, (4.0, 4.0))
+    color = gradient(crest, [(0.0, hex_color("#2f4a2c")), (0.6, hex_color("#54793f")), (1.0, hex_color("#7d9a58"))])
+    color = mix(color * shade[..., None], hex_color("#8a7a4a"), 0.5 * smoothstep(0.06, 0.0, up) * np.ones(shape))
+    ray = distance * np.abs(np.sin(3.5 * angle))
+    spines = smoothstep(0.10, 0.04, ray) * smoothstep(spine, 0.8 * spine, distance)
+    color = mix(color, hex_color("#d9cfa4"), 0.9 * spines)
+    return base_color(mix(color, hex_color("#efe8cf"), smoothstep(0.17, 0.11, distance)), 1.0, 1.0)
+
+
 def apple_skin(seed: int = 0) -> Texture:
     """A red-blushed apple, wrapped once: u around, v from the base (bottom) to the stalk, 1 × 1."""
     rng = np.random.default_rng(seed)

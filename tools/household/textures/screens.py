@@ -22,11 +22,16 @@ def desktop(width_m: float, height_m: float, seed: int = 0) -> Texture:
         _chart(draw, left, top, wide, high, rng)
     else:
         _text(draw, left, top, wide, high, rng)
-    for index in range(7):
-        x = wide * (0.22 + 0.085 * index)
-        draw.rounded_rectangle(
-            (x, high * 0.90, x + wide * 0.055, high * 0.90 + wide * 0.055), 6, fill=_ICONS[(index + seed) % 8]
-        )
+    _icons(draw, wide, high, seed)
+    return _texture(sheet, width_m, height_m)
+
+
+def wallpaper(width_m: float, height_m: float, seed: int = 0) -> Texture:
+    """A desktop without windows: mountains under a clear sky, a row of icons."""
+    sheet, draw, (wide, high) = _screen(width_m, height_m, 512)
+    _gradient(draw, wide, 0, high * 0.6, "#b8d4e8", "#5f93c2")
+    _mountains(draw, wide, high, np.random.default_rng(seed))
+    _icons(draw, wide, high, seed)
     return _texture(sheet, width_m, height_m)
 
 
@@ -43,10 +48,7 @@ def film(width_m: float, height_m: float, seed: int = 0) -> Texture:
             x, y = rng.uniform(0, wide), rng.uniform(high * 0.58, high)
             draw.line((x, y, x + wide * 0.07, y), fill="#e8c39a", width=2)
     elif seed % 3 == 1:
-        for level, code in enumerate(("#8ba4b8", "#5d7d8c", "#3c5b53", "#2a3f2f")):
-            across = np.linspace(0, wide, 24)
-            crest = high * (0.36 + 0.13 * level) + high * 0.09 * np.cumsum(rng.normal(0, 0.4, 24)) / 2
-            draw.polygon([(0, high), *zip(across, crest, strict=True), (wide, high)], fill=code)
+        _mountains(draw, wide, high, rng)
     else:
         draw.rectangle((0, high * 0.42, wide, high), fill="#3f8a3f")
         for index in range(8):
@@ -138,6 +140,21 @@ def _bands(draw: ImageDraw.ImageDraw, wide: float, high: float, rng: np.random.G
             int(value * (0.75 - 0.15 * level)) for value in (int(last[1:3], 16), int(last[3:5], 16), int(last[5:7], 16))
         )
         draw.polygon([(0, high), *zip(x, y, strict=True), (wide, high)], fill=(shade[0], shade[1], shade[2]))
+
+
+def _mountains(draw: ImageDraw.ImageDraw, wide: float, high: float, rng: np.random.Generator) -> None:
+    for level, code in enumerate(("#8ba4b8", "#5d7d8c", "#3c5b53", "#2a3f2f")):
+        across = np.linspace(0, wide, 24)
+        crest = high * (0.36 + 0.13 * level) + high * 0.09 * np.cumsum(rng.normal(0, 0.4, 24)) / 2
+        draw.polygon([(0, high), *zip(across, crest, strict=True), (wide, high)], fill=code)
+
+
+def _icons(draw: ImageDraw.ImageDraw, wide: float, high: float, seed: int) -> None:
+    for index in range(7):
+        x = wide * (0.22 + 0.085 * index)
+        draw.rounded_rectangle(
+            (x, high * 0.90, x + wide * 0.055, high * 0.90 + wide * 0.055), 6, fill=_ICONS[(index + seed) % 8]
+        )
 
 
 def _text(
