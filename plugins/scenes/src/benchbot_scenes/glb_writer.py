@@ -13,6 +13,7 @@ import numpy.typing as npt
 from benchbot_scenes import gltf
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
 from benchbot_scenes.gltf_file import UnsupportedError, join_glb
+from benchbot_scenes.gltf_splats import is_splats
 from benchbot_scenes.mesh import Mesh
 
 Matrix = npt.NDArray[np.float64]
@@ -20,7 +21,7 @@ Entry = dict[str, Any]
 
 VERTICES, INDICES = 34962, 34963
 """Targets of buffer views (glTF: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER)."""
-_COMPONENT_TYPES = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
+_COMPONENT_TYPES = {"<f4": 5126, "<i2": 5122, "<u2": 5123, "<u4": 5125}
 _TO_FILE = np.eye(4)
 _TO_FILE[:3, :3] = Y_UP_TO_Z_UP.T
 
@@ -79,6 +80,10 @@ class GlbWriter:
             entry["matrix"] = [float(value) for value in matrix.T.ravel()]
         self.append("nodes", entry)
 
+    def use(self, extension: str) -> None:
+        """List an extension among those that the file uses."""
+        self._used[extension] = None
+
     def include(self, document: Entry, binary: bytes) -> list[MeshNode]:
         """Add the meshes of another file with all that they need, but not its nodes; returns those that show a mesh.
 
@@ -123,13 +128,23 @@ class GlbWriter:
         key = json.dumps(entry, sort_keys=True) if may_share else None
         return self._known[name, key] if (name, key) in self._known else self._add(name, entry, key)
 
-    def accessor(self, values: npt.NDArray[Any], target: int | None = None, *, has_bounds: bool = False) -> int:
-        """Add numbers (N, 2 or 3) or indices (N,), float32 or unsigned; returns their accessor's index."""
+    def accessor(
+        self,
+        values: npt.NDArray[Any],
+        target: int | None = None,
+        *,
+        has_bounds: bool = False,
+        is_normalized: bool = False,
+    ) -> int:
+        """Add numbers (N, 2 … 4) or (N,), float32 or integers, which are shares if `is_normalized`.
+
+        Returns their accessor's index.
+        """
         entry: Entry = {
             "bufferView": self.view(values.tobytes(), {"target": target} if target else {}),
             "byteOffset": 0,
             "componentType": _COMPONENT_TYPES[values.dtype.str],
-            "normalized": False,
+            "normalized": is_normalized,
             "count": len(values),
             "type": "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}",
         }
@@ -193,6 +208,8 @@ class _Inclusion:
             taken["indices"] = self._accessor(entry["indices"])
         if "material" in entry:
             taken["material"] = self._writer.material(self.material(entry["material"]))
+        if is_splats(entry):  # splats, which hold no reference but attributes
+            taken["extensions"] = entry["extensions"]
         return taken
 
     def _accessor(self, index: int) -> int:

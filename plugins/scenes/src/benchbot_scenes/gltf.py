@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot.plugin import BenchbotError
-from benchbot_scenes import gltf_materials, vertex_colors
+from benchbot_scenes import gltf_materials, gltf_splats, vertex_colors
 from benchbot_scenes.gltf_file import BROKEN, GltfFile, UnsupportedError, split_glb
 from benchbot_scenes.scene import FloatArray, Instance, IntArray, Material, SceneGeometry, unit_vectors
+from benchbot_scenes.splats import Splats, joined
 
 Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -90,6 +91,7 @@ class _Soup:
     instances: list[Instance] = field(default_factory=list)
     paths: list[tuple[str, ...]] = field(default_factory=list)
     tagged: dict[str, int] = field(default_factory=dict)
+    splats: list[Splats] = field(default_factory=list)
     vertex_count: int = 0
 
 
@@ -102,7 +104,7 @@ class _Reader:
     def scene(self) -> tuple[SceneGeometry, tuple[tuple[str, ...], ...]]:
         soup = _Soup()
         for node, matrix, path in nodes(self.document):
-            if "mesh" in node:
+            if "mesh" in node and not self._add_splats(soup, node, matrix):
                 self._add_object(soup, node, matrix, path)
         if not soup.triangles:
             raise UnsupportedError("It holds no triangles.")
@@ -117,8 +119,23 @@ class _Reader:
             materials=(*materials, Material(name="default")),
             instances=tuple(soup.instances),
             images=tuple(self.file.image(entry) for entry in self.document.get("images", [])),
+            splats=joined(soup.splats),
         )
         return _painted(geometry, soup), tuple(soup.paths)
+
+    def _add_splats(self, soup: _Soup, node: dict[str, Any], matrix: npt.NDArray[np.float64]) -> bool:
+        """Add the splats of a node; return whether it has nothing else, and so is no object."""
+        to_map = np.eye(4)
+        to_map[:3, :3] = Y_UP_TO_Z_UP
+        is_of_splats = [gltf_splats.is_splats(primitive) for primitive in self._primitives(node)]
+        for primitive, is_one in zip(self._primitives(node), is_of_splats, strict=True):
+            if is_one:
+                soup.splats.append(gltf_splats.read(self.file, primitive, to_map @ matrix))
+        return bool(is_of_splats) and all(is_of_splats)
+
+    def _primitives(self, node: dict[str, Any]) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = self.document["meshes"][node["mesh"]]["primitives"]
+        return found
 
     def _add_object(
         self, soup: _Soup, node: dict[str, Any], matrix: npt.NDArray[np.float64], path: tuple[str, ...]

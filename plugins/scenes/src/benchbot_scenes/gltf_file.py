@@ -25,6 +25,7 @@ _COMPONENT_TYPES: dict[int, np.dtype[Any]] = {
 _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _SUPPORTED_EXTENSIONS = {
     "EXT_texture_webp",
+    "KHR_gaussian_splatting",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",

@@ -8,9 +8,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["API_VERSION", "FloatArray", "ImageArray", "Instance", "IntArray", "Material", "SceneGeometry"]
+from benchbot_scenes.splats import Splats
 
-API_VERSION = (1, 0)
+__all__ = ["API_VERSION", "FloatArray", "ImageArray", "Instance", "IntArray", "Material", "SceneGeometry", "Splats"]
+
+API_VERSION = (1, 1)
 """(major, minor) of what this module promises to other distributions: a minor version only adds, with defaults."""
 
 FloatArray = npt.NDArray[np.float32]
@@ -65,6 +67,7 @@ class SceneGeometry:
 
     `vertices` (V, 3), `normals` (V, 3) unit and `uvs` (V, 2) are float32; `triangles` (T, 3), `triangle_instance`
     (T,) (an `Instance.index`) and `triangle_material` (T,) are int32; `images` are (H, W, 4) uint8, row 0 at v = 0.
+    Where there are `splats`, they are what the place looks like, and triangles all else that it is.
     """
 
     vertices: FloatArray
@@ -76,10 +79,11 @@ class SceneGeometry:
     materials: tuple[Material, ...]
     instances: tuple[Instance, ...]
     images: tuple[ImageArray, ...] = field(default=())
+    splats: Splats | None = None
 
     @cached_property
     def content_hash(self) -> str:
-        """SHA-256 of everything that can change a picture, in hex."""
+        """SHA-256 of everything that can change a picture of its triangles, in hex."""
         digest = hashlib.sha256()
         for array in (*self._arrays(), *self.images):
             digest.update(f"{array.shape}{array.dtype}".encode())

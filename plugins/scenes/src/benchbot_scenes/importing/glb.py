@@ -9,10 +9,14 @@ from PIL import Image
 
 from benchbot_scenes.glb_writer import INDICES, VERTICES, GlbWriter
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
+from benchbot_scenes.gltf_splats import EXTENSION, POINTS
 from benchbot_scenes.scene import ImageArray, Instance, Material, SceneGeometry
+from benchbot_scenes.splats import Splats, harmonics_of_colors, transformed
 
 JPEG_QUALITY = 92
 SMALL_IMAGE_PIXELS = 256 * 256
+SPLATS = "splats"
+_SHORT = 32767
 
 
 def to_glb(geometry: SceneGeometry) -> bytes:
@@ -22,6 +26,8 @@ def to_glb(geometry: SceneGeometry) -> bytes:
         primitives = _primitives(writer, geometry, triangles)
         tag = {"class": instance.class_name, "instance": instance.name, "group": instance.is_group}
         writer.node(instance.name, writer.append("meshes", {"name": instance.name, "primitives": primitives}), tag)
+    if geometry.splats is not None:
+        _add_splats(writer, geometry.splats)
     data_images = _data_images(geometry.materials)
     for index, image in enumerate(geometry.images):
         data, mime = _encoded(image, index in data_images)
@@ -48,6 +54,27 @@ def _primitives(writer: GlbWriter, geometry: SceneGeometry, triangles: npt.NDArr
         order = writer.accessor(indices.ravel(), INDICES)
         primitives.append({"attributes": attributes, "indices": order, "material": int(material)})
     return primitives
+
+
+def _add_splats(writer: GlbWriter, splats: Splats) -> None:
+    """Add a node of all splats: 84 bytes each, or 48 where none changes its colour with the view."""
+    turned = transformed(splats, Y_UP_TO_Z_UP.T)
+    constant, linear = harmonics_of_colors(turned)
+    quaternions = np.round(turned.rotations * _SHORT).astype("<i2")
+    attributes = {
+        "POSITION": writer.accessor(turned.positions_m, VERTICES, has_bounds=True),
+        f"{EXTENSION}:ROTATION": writer.accessor(quaternions, VERTICES, is_normalized=True),
+        f"{EXTENSION}:SCALE": writer.accessor(turned.scales_m, VERTICES),
+        f"{EXTENSION}:OPACITY": writer.accessor(turned.opacities, VERTICES),
+        f"{EXTENSION}:SH_DEGREE_0_COEF_0": writer.accessor(constant, VERTICES),
+    }
+    for order in range(3 if linear.any() else 0):
+        values = np.ascontiguousarray(linear[:, order])
+        attributes[f"{EXTENSION}:SH_DEGREE_1_COEF_{order}"] = writer.accessor(values, VERTICES)
+    extension = {"kernel": "ellipse", "colorSpace": "srgb_rec709_display"}
+    primitive = {"attributes": attributes, "mode": POINTS, "extensions": {EXTENSION: extension}}
+    writer.use(EXTENSION)
+    writer.node(SPLATS, writer.append("meshes", {"name": SPLATS, "primitives": [primitive]}), {})
 
 
 def _encoded(image: ImageArray, is_data: bool) -> tuple[bytes, str]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from benchbot_scenes import vertex_colors
 from benchbot_scenes.scene import FloatArray, ImageArray, Instance, Material, SceneGeometry, unit_vectors
+from benchbot_scenes.splats import Splats, transformed
 
 UpAxis = Literal["y", "z"]
 FAR_WIDTHS = 30.0
@@ -153,6 +154,12 @@ def _corner_normals(vertices: FloatArray, triangles: npt.NDArray[np.int64]) -> F
     return normals
 
 
+def with_splats(model: Model, splats: Splats) -> Model:
+    """The model with splats that are in the file's own frame, before its origin was moved."""
+    moved = transformed(splats, offset=tuple(-value for value in model.origin))
+    return replace(model, geometry=replace(model.geometry, splats=moved))
+
+
 def renamed(model: Model, name: str) -> Model:
     """Call what the file gives no name `name`."""
     paths = tuple(tuple(step for step in path if step) or (name,) for path in model.paths)
@@ -165,4 +172,5 @@ def turned(geometry: SceneGeometry, rotation: npt.NDArray[np.floating]) -> Scene
         geometry,
         vertices=(geometry.vertices @ rotation.T.astype(np.float32)).astype(np.float32),
         normals=(geometry.normals @ rotation.T.astype(np.float32)).astype(np.float32),
+        splats=geometry.splats and transformed(geometry.splats, rotation),
     )

@@ -11,13 +11,24 @@ import numpy.typing as npt
 from benchbot.plugin import BenchbotError
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
 from benchbot_scenes.ground_truth import object_boxes
-from benchbot_scenes.importing import files, guesses, guessing, label_files, labels, names, objects, reading
+from benchbot_scenes.importing import (
+    files,
+    guesses,
+    guessing,
+    label_files,
+    labels,
+    names,
+    objects,
+    reading,
+    splat_file,
+)
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses
 from benchbot_scenes.importing.labels import Labelled, OrientedBox
-from benchbot_scenes.importing.model import UpAxis, turned
+from benchbot_scenes.importing.model import UpAxis, turned, with_splats
 from benchbot_scenes.importing.objects import Recognised
 from benchbot_scenes.scene import SceneGeometry, only
+from benchbot_scenes.splats import transformed
 
 LARGEST_M, SMALLEST_M = 2000.0, 0.5
 # Objects of one class are one, exported twice, when their boxes differ by no more.
@@ -98,12 +109,18 @@ def digest(path: Path) -> str:
     return total.hexdigest()
 
 
-def understand(path: Path, known: Guesses, labelled_by: Path | Literal["none"] | None = None) -> Understood:
+def understand(
+    path: Path, known: Guesses, labelled_by: Path | Literal["none"] | None = None, splats: Path | None = None
+) -> Understood:
     """Read a file and guess the values that are not `known`; raise BenchbotError if it is not a scene.
 
-    `labelled_by` names a file of labels; without it the one beside the scene's file counts, if there is one.
+    `labelled_by` names a file of labels; without it the one beside the scene's file counts, if there is one. `splats`
+    names a file of splats in the frame of the scene's file.
     """
     model = reading.read(path)
+    if splats is not None:
+        cloud, notes = splat_file.read(splats)
+        model = replace(with_splats(model, cloud), notes=(*model.notes, *notes))
     suffix = path.suffix.lower()
     reasons = {}
     up, unit, said = known.up, known.units, known.classes
@@ -233,7 +250,8 @@ def is_closed(geometry: SceneGeometry) -> npt.NDArray[np.bool_]:
 
 def _upright(geometry: SceneGeometry, unit_m: float, up: UpAxis) -> SceneGeometry:
     """The scene in metres with z up; y up turns as glTF's axes do: (x, y, z) becomes (x, -z, y)."""
-    scaled = replace(geometry, vertices=(geometry.vertices.astype(np.float64) * unit_m).astype(np.float32))
+    vertices = (geometry.vertices.astype(np.float64) * unit_m).astype(np.float32)
+    scaled = replace(geometry, vertices=vertices, splats=geometry.splats and transformed(geometry.splats, scale=unit_m))
     return scaled if up == "z" else turned(scaled, Y_UP_TO_Z_UP)
 
 
@@ -241,7 +259,8 @@ def _shifted(geometry: SceneGeometry, by_m: tuple[float, float, float]) -> Scene
     """The scene moved by a vector."""
     if by_m == (0.0, 0.0, 0.0):
         return geometry
-    return replace(geometry, vertices=(geometry.vertices.astype(np.float64) + by_m).astype(np.float32))
+    vertices = (geometry.vertices.astype(np.float64) + by_m).astype(np.float32)
+    return replace(geometry, vertices=vertices, splats=geometry.splats and transformed(geometry.splats, offset=by_m))
 
 
 def _check_size(geometry: SceneGeometry, path: Path) -> None:
