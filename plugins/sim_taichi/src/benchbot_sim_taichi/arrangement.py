@@ -158,6 +158,7 @@ def _joined(scene: SceneGeometry, mesh: SceneGeometry, instance_offset: int) -> 
             *(replace(known, index=known.index + instance_offset) for known in mesh.instances),
         ),
         images=(*scene.images, *mesh.images),
+        splats=scene.splats,
     )
 
 

@@ -28,6 +28,7 @@ from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
 from benchbot_sim_taichi.intrinsics import Intrinsics, camera_records, common_size
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
+from benchbot_sim_taichi.splats import SplatDrawing
 from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
 
 __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
@@ -65,6 +66,7 @@ class Renderer:
         self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
+        self._changed: set[int] = set()  # objects that stand elsewhere, or are new: no splats show them
         self._is_lit_up = False
 
     @cached_property
@@ -91,6 +93,11 @@ class Renderer:
     @cached_property
     def _narrow(self) -> DeviceScene:
         return device_scene.with_narrow_tree(self.device, self._scene, self._cache_dir)
+
+    @cached_property
+    def splats(self) -> SplatDrawing | None:
+        """What draws the scene's splats, if it has any."""
+        return None if self._scene.splats is None else SplatDrawing(self._scene.splats, self._buffer)
 
     @cached_property
     def _cells(self) -> tuple[Any, Any, Any]:
@@ -123,6 +130,7 @@ class Renderer:
         """
         before = self._arrangement()
         self._arrange(before, arrangement.move(before, instance, transform), before.triangles_of(instance))
+        self._changed.add(instance)
 
     def remove(self, instance: int) -> None:
         """Take an object away; otherwise as `move`."""
@@ -139,6 +147,7 @@ class Renderer:
         after, numbers = arrangement.add(before, mesh, transform)
         self._arrange(before, after, np.arange(len(before.scene.triangles), len(after.scene.triangles)))
         self.relight()
+        self._changed.update(numbers)
         return numbers
 
     def relight(self) -> None:
@@ -195,18 +204,26 @@ class Renderer:
         """
         poses = np.asarray(camera_poses, np.float64)
         width, height = common_size(poses, intrinsics)
-        if rgb and self._quality == REALTIME and not self._is_lit_up:
+        splats = self.splats if rgb else None
+        is_shaded = rgb and (splats is None or bool(self._changed))
+        if is_shaded and self._quality == REALTIME and not self._is_lit_up:
             self._light_up()
         frames = DeviceFrames.allocate(len(poses), width, height, has_rgb=rgb, out=out)
-        records = camera_records(poses, intrinsics, self.exposure if rgb else 1.0).reshape(-1, CAMERA_STRIDE)
+        records = camera_records(poses, intrinsics, self.exposure if is_shaded else 1.0).reshape(-1, CAMERA_STRIDE)
         take, pixels_at_once = self._take, PIXELS_AT_ONCE
-        if self._quality == FAST or not rgb:
+        if not is_shaded:
+            take, pixels_at_once = self._look, GLANCED_PIXELS_AT_ONCE
+        elif self._quality == FAST:
             take, pixels_at_once = self._glance, GLANCED_PIXELS_AT_ONCE
         elif self._quality == REALTIME:
             take = self._paint
         at_once = max(pixels_at_once // max(width * height, 1), 1)
+        lenses = [intrinsics] * len(poses) if isinstance(intrinsics, Intrinsics) else intrinsics
         for first in range(0, len(poses), at_once):
-            take(records[first : first + at_once], frames, first)
+            part = slice(first, first + at_once)
+            take(records[part], frames, first)
+            if splats is not None:
+                splats.show(records[part], lenses[part], frames, first, self._changed)
         return frames
 
     def _light_up(self) -> None:
@@ -235,9 +252,6 @@ class Renderer:
         cameras = self._buffer("cameras", records.size)
         _ti.write(cameras, records.ravel())
         hits = self._first_hits(cameras, size)
-        if not frames.has_rgb:
-            self._see(cameras, hits, frames, first, len(records))
-            return
         device = self.device_for_paths
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         colors = self._buffer("colors", math.prod(size), np.int32)
@@ -250,6 +264,13 @@ class Renderer:
             written = (frames.words, colors, *places, first_hits.squares(*size), *size[1:])
             glance_tiles.glance_tiles(*scene, *light, cameras, first_hits.SQUARES, hits, *written)
         glance.pack(colors, frames.words, frames.rgb_at(first), len(records), frames.width * frames.height)
+
+    def _look(self, records: npt.NDArray[np.float32], frames: DeviceFrames, first: int) -> None:
+        """Find depth and instances of pictures `first` … of `frames`, seen by cameras `records`."""
+        cameras = self._buffer("cameras", records.size)
+        _ti.write(cameras, records.ravel())
+        hits = self._first_hits(cameras, (len(records), frames.width, frames.height))
+        self._see(cameras, hits, frames, first, len(records))
 
     def _see(self, cameras: Any, hits: Any, frames: DeviceFrames, first: int, count: int) -> None:
         """Find depth and instances of pictures `first` … of `frames`."""

@@ -17,6 +17,8 @@ from benchbot.simulation import (
     Frame,
     KinematicRobots,
     KinematicSimulator,
+    Response,
+    SrgbResponse,
     Trigonometry,
     World,
     matrices,
@@ -53,7 +55,7 @@ class RayTracedSimulator(KinematicSimulator["_World"]):
     """
 
     title = "The ray-traced simulator"
-    response = FilmicResponse()
+    response: Response = FilmicResponse()
 
     def __init__(self, spec: PlatformSpec) -> None:
         super().__init__(spec)
@@ -65,6 +67,7 @@ class RayTracedSimulator(KinematicSimulator["_World"]):
         key = _what_is_there(scene)
         if key not in self._worlds:
             self._worlds[key] = _World(scene, self.spec, self.robot.footprint)
+        self.response = self._worlds[key].response
         return self._worlds[key]
 
     def twin(self) -> Self:
@@ -141,6 +144,8 @@ class _World(World):
         self.device = devices.resolve(self._options)
         self._quality = quality.from_options(self._options)
         self.instances = self._geometry.instances
+        # Splats have the colours of photographs, which went through another camera's response.
+        self.response: Response = FilmicResponse() if self._geometry.splats is None else SrgbResponse()
         # The base stands on the floor.
         floor_z_m = scene.start_pose.translation_xyz[2]
         self._slab_m = (floor_z_m + footprint.z_min_m, floor_z_m + footprint.z_max_m)
@@ -201,7 +206,9 @@ class _World(World):
     def renderer(self) -> Renderer:
         kind, cache_dir = self.device.kind, self._spec.cache_dir
         renderer = Renderer(self._geometry, self._lighting, cache_dir=cache_dir, device=kind, quality=self._quality)
-        progress.tell(
-            "the simulator works out the light of the scene, and compiles what is not compiled yet: up to half a minute"
-        )
+        if self._geometry.splats is None:
+            progress.tell(
+                "the simulator works out the light of the scene, and compiles what is not compiled yet: "
+                "up to half a minute"
+            )
         return renderer
