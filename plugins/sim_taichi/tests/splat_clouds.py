@@ -50,7 +50,9 @@ def reference(
         alpha = np.minimum(splats.opacities[i] * np.exp(power), MOST)
         alpha[alpha < LEAST] = 0.0
         left = passing * (1.0 - alpha)
-        median[(passing > 0.5) & (left <= 0.5)] = place[i, 2]
+        slope = inverse @ jacobian @ spread[i][:, 2]
+        is_middle = (passing > 0.5) & (left <= 0.5)
+        median[is_middle] = (place[i, 2] + slope[0] * dx + slope[1] * dy)[is_middle]
         color += (passing * alpha)[..., None] * shown[i]
         passing = left
     return np.minimum(color, 1.0), median

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -11,9 +12,11 @@ import yaml
 from benchbot.cli.app import main
 from benchbot.core import plugin_manager
 from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import beside
 from benchbot_scenes.importing.understanding import understand
 from plugins.scenes.tests.exporting import opened, rooms
+from plugins.scenes.tests.test_splats import cloud
 from tests.garbage import searched_as_before
 
 
@@ -48,6 +51,17 @@ def _run(*words: str) -> int:
     with pytest.raises(SystemExit) as ended:
         main(["export", *words])
     return int(ended.value.code or 0)
+
+
+def test_splats_are_kept_or_said_to_be_left_out(addon: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    room = addon / "room.glb"
+    room.write_bytes(to_glb(replace(load_scene(room), splats=cloud(0))))
+    words = ["--addons", str(addon), "cell:1", "--with-hidden"]
+    assert _run(*words, "--to", "gltf", "-o", str(addon / "gltf")) == 0
+    assert "splats" not in capsys.readouterr().err
+    assert load_scene(addon / "gltf" / "cell_1.glb").splats is not None
+    assert _run(*words, "--to", "mjcf", "-o", str(addon / "mjcf")) == 0
+    assert "splats of cell:1 are left out of mjcf" in " ".join(capsys.readouterr().err.split())
 
 
 def test_miniroom_is_the_same_scene_as_gltf_and_in_mujoco(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

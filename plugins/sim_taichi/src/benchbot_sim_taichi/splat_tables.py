@@ -5,7 +5,7 @@ import numpy as np
 from benchbot_scenes.splats import FloatArray, Splats, covariances
 
 SPLAT_STRIDE = 22
-SEEN_STRIDE = 12
+SEEN_STRIDE = 13
 SPAN_STRIDE = 4
 TILE_WIDTH, TILE_HEIGHT = 16, 8
 _AT_ONCE = 2**18

@@ -59,7 +59,7 @@ class SplatDrawing:
         glance.pack(colors, frames.words, frames.rgb_at(first), len(records), pixels)
 
     def depth_m(self, camera_to_map: npt.NDArray[np.floating], intrinsics: Intrinsics) -> npt.NDArray[np.float32]:
-        """(H, W) planar depth of the splats' middles behind which less than half of the light passes; else infinite."""
+        """Return planar depths (H, W) in metres behind which half of the light is gone, infinite where it never is."""
         record = camera_records(np.asarray(camera_to_map, np.float64)[None], intrinsics)[None]
         _, medians = self._draw(record, [intrinsics], (intrinsics.width, intrinsics.height))
         depth = _ti.download(medians)[: intrinsics.width * intrinsics.height]

@@ -1,12 +1,13 @@
 """Compiling everything ahead, so that the first run starts fast."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from benchbot.plugin import Pose
-from benchbot_scenes.scene import Material, SceneGeometry
+from benchbot_scenes.scene import Material, SceneGeometry, Splats
 from benchbot_sim_taichi import progress
 from benchbot_sim_taichi.devices import resolve
 from benchbot_sim_taichi.lighting import Lighting
@@ -29,8 +30,15 @@ def warm(cache_dir: Path) -> str:
             renderer = Renderer(scene, Lighting(), cache_dir=cache_dir, device=device.kind, quality=quality)
             renderer.render(view, intrinsics)
             renderer.render(view, intrinsics, rgb=False)
+    scanned = replace(_corner(triangles=6), splats=_splat())
+    Renderer(scanned, Lighting(), cache_dir=cache_dir, device=device.kind).render(view, intrinsics)
     renderer.cast(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]), 10.0)
     return f"compiled the ray tracer for {device} in {time.monotonic() - started_s:.1f} s into {cache_dir}"
+
+
+def _splat() -> Splats:
+    ones = np.ones((1, 3), np.float32)
+    return Splats(ones, np.full((1, 4), 0.5, np.float32), ones, ones[:, 0], ones, np.zeros((1, 3, 3), np.float32))
 
 
 def _corner(triangles: int) -> SceneGeometry:

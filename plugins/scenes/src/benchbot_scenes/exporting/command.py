@@ -62,6 +62,10 @@ def export_environment(
             geometry = load_scene(scene_file(source, cache_dir(), declared.data.get("assets")))
             name = declared.name.replace(":", "_")
             files = FORMATS[to](geometry if with_ground_truth else without_labels(geometry), name)
+            if geometry.splats is not None and to != "gltf":
+                console.note(
+                    f"The splats of {declared.name} are left out of {to}: its mesh is written. --to gltf has both."
+                )
             if with_ground_truth:
                 files[f"{name}.ground_truth.json"] = _truth(geometry, declared.data)
             written += _write(output, files)

@@ -1,7 +1,7 @@
 """`benchbot import-environment`: an environment from anybody's scene file."""
 
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
@@ -56,6 +56,14 @@ def import_environment(
         Path | None,
         typer.Option("--guesses", metavar="FILE", help="A corrected guesses.yaml of an earlier import."),
     ] = None,
+    splats: Annotated[
+        Path | None,
+        typer.Option(
+            "--splats",
+            metavar="FILE",
+            help="Gaussian splats of the same place, in the frame of FILE: a .ply of 3DGS. Colours are theirs then.",
+        ),
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option("--robot", metavar="ROBOT", help="The robot that has to fit and to see. [default: carter]"),
@@ -89,7 +97,7 @@ def import_environment(
         )
     known = _known(guesses, units, up, floor_z_m, file)
     known = replace(known, robot=robot or known.robot or "carter", start_pose=_start(start) or known.start_pose)
-    imported = environment.build(file, name, _observer(str(known.robot)), known, _labels(labels), working)
+    imported = environment.build(file, name, _observer(str(known.robot)), known, _labels(labels), working, splats)
     with working("Writing the environment and its report"):
         environment.write(imported, folder)
         page = folder / "report.html"
@@ -102,6 +110,13 @@ def import_environment(
         with working("Taking pictures for the report, which may compile the ray tracer first"):
             views = report.views(imported)
         page.write_text(report.page(imported, file.name, views), encoding="utf-8")
+    alignment = imported.alignment
+    if alignment is not None and alignment.is_other_place:
+        raise BenchbotError(
+            f"The splats of {name}:1 are not where its mesh is.",
+            f"{alignment}. {alignment.cause}",
+            f"Export both in one frame: the same up axis, unit and origin. {page} shows what the robot would see.",
+        )
     if imported.shows_nothing:
         raise BenchbotError(
             f"The robot sees nothing in {name}:1.",
@@ -186,11 +201,19 @@ def _summary(imported: "Imported", folder: Path) -> dict[str, Any]:
         "trajectory_poses": len(imported.declaration["trajectory_poses"]),
         "classes": {class_name: found.count(class_name) for class_name in sorted(set(found))},
         "labels": _labels_summary(imported),
+        "splats": _splats_summary(imported),
         "robot": imported.guesses.robot,
         "unseen": list(imported.unseen),
         "hidden": list(imported.guesses.hidden or ()),
         "notes": list(imported.notes),
     }
+
+
+def _splats_summary(imported: "Imported") -> dict[str, Any] | None:
+    splats = imported.geometry.splats
+    if splats is None:
+        return None
+    return {"number": splats.count, "alignment": imported.alignment and asdict(imported.alignment)}
 
 
 def _labels_summary(imported: "Imported") -> dict[str, Any] | None:
@@ -224,6 +247,7 @@ def _tell(imported: "Imported", folder: Path) -> None:
             ("trajectory", f"{told['trajectory_poses']} poses"),
             ("objects", classes or "none: no name in the file is that of a class"),
             *([] if labels is None else [("labels", _about(labels))]),
+            *([] if told["splats"] is None else [("splats", f"{told['splats']['number']:,}: colours are theirs")]),
             ("report", str(folder / "report.html")),
         ],
     )

@@ -15,11 +15,12 @@ from scipy.spatial.transform import Rotation
 from benchbot.plugin import BenchbotError, editor_line, write_editor_schema
 from benchbot_scenes.free_space import free_space
 from benchbot_scenes.ground_truth import BACKGROUND, mapped_objects
-from benchbot_scenes.importing import doors, light
+from benchbot_scenes.importing import doors, light, splat_alignment
 from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.importing.guesses import Guesses, write_guesses
 from benchbot_scenes.importing.labels import Labelled, OrientedBox
 from benchbot_scenes.importing.planning import Room, find_room, plan
+from benchbot_scenes.importing.splat_alignment import Alignment
 from benchbot_scenes.importing.understanding import Understood, understand
 from benchbot_scenes.importing.vocabulary import CLASSES
 from benchbot_scenes.occupancy_map import write_occupancy_map
@@ -54,6 +55,7 @@ class Imported:
     guesses: Guesses
     reasons: dict[str, str]
     notes: tuple[str, ...]
+    alignment: Alignment | None = None
 
     @property
     def shows_nothing(self) -> bool:
@@ -69,13 +71,14 @@ def build(
     known: Guesses,
     labelled_by: Path | Literal["none"] | None = None,
     stage: Callable[[str], AbstractContextManager[None]] = _silent,
+    splats: Path | None = None,
 ) -> Imported:
     """Analyse a file and propose an environment in it; raise BenchbotError if that is impossible.
 
-    `stage` is entered with a sentence for each part of the work.
+    `stage` is entered with a sentence for each part of the work. `splats` names a file of splats of the same place.
     """
     with stage(f"Reading {path.name}"):
-        understood = understand(path, known, labelled_by)
+        understood = understand(path, known, labelled_by, splats)
     with stage("Looking for room to move"):
         understood = without_doors(understood, robot, known)
         room = find_room(understood.geometry, robot, known.start_pose)
@@ -96,6 +99,11 @@ def build(
             f"The trajectory has only {len(coverage.poses)} poses: the robot can hardly move from where it starts. "
             "Name another place (--start X,Y), a smaller robot (--robot), or what is in its way (hidden)."
         )
+    alignment = None
+    if geometry.splats is not None:
+        with stage("Comparing the splats with the mesh"):
+            alignment = splat_alignment.measure(geometry, coverage.poses)
+        notes += _about_splats(alignment)
     x, y, heading = room.start
     half = heading / 2
     declaration: dict[str, Any] = {
@@ -123,6 +131,7 @@ def build(
         guesses=_guessed(understood, room, known),
         reasons=reasons,
         notes=tuple(notes),
+        alignment=alignment,
     )
 
 
@@ -181,6 +190,16 @@ def _about_roof(share: float) -> str:
     if share < ROOFED_ABOVE:
         return f"{share:.0%} of its free floor has something above it; sun and sky shine in elsewhere."
     return "It has a ceiling."
+
+
+def _about_splats(alignment: Alignment | None) -> list[str]:
+    if alignment is None:
+        return ["Whether its splats are where its mesh is, was not looked at: that needs benchbot-sim-taichi."]
+    told = f"Splats against the mesh: {alignment}."
+    if not alignment.is_off:
+        return [told]
+    advice = "Bring both into one frame, for example in CloudCompare: pictures do not agree with depth and ids."
+    return [f"{told} They are not quite where the mesh is. {alignment.cause} {advice}"]
 
 
 def _guessed(understood: Understood, room: Room, known: Guesses) -> Guesses:

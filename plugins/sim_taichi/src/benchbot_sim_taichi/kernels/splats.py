@@ -142,7 +142,12 @@ def project(
                     for channel in ti.static(range(3)):
                         slope = load3(splats, at + 13 + 3 * channel)
                         seen[out + 7 + channel] = ti.max(splats[at + 10 + channel] + slope.dot(along), 0.0)
+                    # Of what is at a pixel, the expected depth changes with it.
+                    ahead = vec3(cameras[eye + 2], cameras[eye + 5], cameras[eye + 8])
+                    with_x, with_y = ahead.dot(spread_x), ahead.dot(spread_y)
                     seen[out + 10] = place.z
+                    seen[out + 11] = (with_x * yy - with_y * xy) / determinant
+                    seen[out + 12] = (with_y * xx - with_x * xy) / determinant
         keys[i] = key
 
 
@@ -203,8 +208,8 @@ def blend(
 ):
     """Blend the splats of each pixel: `colors` of three bytes, red the lowest, before black.
 
-    `medians` are depths in metres of the splat at which less than half of the light behind passes, infinite where that
-    never is.
+    `medians` are depths in metres behind which half of the light is gone, infinite where it never is: what the last
+    splat before is expected to have at the pixel.
     """
     for line in range(columns * rows * TILE_HEIGHT):
         tile = line // TILE_HEIGHT
@@ -227,9 +232,9 @@ def blend(
                     alpha = smaller(alpha, vec16(MOST_ALPHA))
                     alpha = ti.select(alpha < LEAST_ALPHA, vec16(0.0), alpha)
                     # That of the last one that half of the light has reached.
-                    median = ti.select(
-                        passing * alpha > 0.0, ti.select(passing > 0.5, vec16(seen[at + 10]), median), median
-                    )
+                    depth = dx * seen[at + 11] + (seen[at + 10] + seen[at + 12] * dy)
+                    nearer = ti.select(passing > 0.5, depth, median)
+                    median = ti.select(passing * alpha > 0.0, nearer, median)
                     share = passing * alpha
                     red += share * seen[at + 7]
                     green += share * seen[at + 8]
