@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +14,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from benchbot.simulation import Distortion
+from benchbot.core.declarations import schema
+from benchbot.core.platform import PlatformSpec, Scene
+from benchbot.simulation import Distortion, SrgbResponse
 from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.importing.glb import to_glb
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.splats import Splats, transformed
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, PATH, QUALITIES, REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from benchbot_sim_taichi.simulator import RayTracedSimulator
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.cameras import looking
 from plugins.sim_taichi.tests.glb import Glb
@@ -198,3 +203,26 @@ def test_objects_that_come_or_move_are_seen_before_the_splats(
     np.testing.assert_array_equal(is_blue(frame.rgb), frame.instance != chest)
     renderer.remove(chest)
     assert is_blue(renderer.render(pose, LENS).rgb).all()
+
+
+def test_a_simulator_shows_splats_with_the_noise_of_its_camera(
+    room: SceneGeometry, kernel_cache: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "room.glb").write_bytes(to_glb(replace(room, splats=wall(2.5))))
+    place = {"name": "room", "variant": 1, "type": "sim_taichi", "map_path": "room.glb", "object_labels": ["table"]}
+    scene = Scene(place | {"start_pose": [1, 0, 0, 0, 0.8, 1.5, 0]}, tmp_path)
+    robots = Path(str(files("benchbot_sim_taichi"))) / "robots"
+    seen = {}
+    for name in ("carter_lowres", "carter_realistic"):
+        platform = RayTracedSimulator(PlatformSpec(schema.read(robots / f"{name}.yaml"), "ground_truth", kernel_cache))
+        platform.load(scene, seed=0)
+        assert isinstance(platform.response, SrgbResponse)
+        seen[name] = platform.observe(["image_rgb", "image_depth"])
+    plain, noisy = (observed["image_rgb"] for observed in seen.values())
+    assert is_blue(plain).all()
+    assert noisy[..., 2].std() > 0.0 or noisy[..., 0].std() > 0.0
+    np.testing.assert_allclose(noisy.reshape(-1, 3).mean(axis=0), plain.reshape(-1, 3).mean(axis=0), atol=6.0)
+    assert (
+        np.nanmax(np.where(np.isfinite(seen["carter_lowres"]["image_depth"]), seen["carter_lowres"]["image_depth"], 0))
+        > 2.5
+    )
