@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import renderer
+from benchbot_sim_taichi import edges
 from benchbot_sim_taichi.frames import DeviceFrames
 from benchbot_sim_taichi.intrinsics import camera_records
 from benchbot_sim_taichi.lighting import Lighting
@@ -64,13 +64,13 @@ def test_sixteen_pixels_look_as_each_by_itself(room: Renderer) -> None:
     assert (room._buffers["kinds"][1][:pixels] != kinds).mean() < 2e-3
 
 
-@pytest.mark.parametrize("edges_at_once", [renderer.EDGES_AT_ONCE, 64], ids=["all edges together", "64 at a time"])
+@pytest.mark.parametrize("edges_at_once", [edges.EDGES_AT_ONCE, 64], ids=["all edges together", "64 at a time"])
 def test_edges_of_sixteen_points_look_as_each_pixel_by_itself(
     room: Renderer, monkeypatch: pytest.MonkeyPatch, edges_at_once: int
 ) -> None:
     from benchbot_sim_taichi.kernels import paint, resolve
 
-    monkeypatch.setattr(renderer, "EDGES_AT_ONCE", edges_at_once)
+    monkeypatch.setattr(edges, "EDGES_AT_ONCE", edges_at_once)
     room.render_batch(POSES, CAMERA)
     size = (len(POSES), CAMERA.width, CAMERA.height)
     pixels = math.prod(size)
@@ -89,14 +89,14 @@ def test_edges_of_sixteen_points_look_as_each_pixel_by_itself(
         *size,
     )
     marks = room._buffers["marks"][1]
-    edges = marks[marks >= 0]
-    assert 0.05 * pixels < len(np.unique(edges)) == len(edges) < 0.5 * pixels
+    found = marks[marks >= 0]
+    assert 0.05 * pixels < len(np.unique(found)) == len(found) < 0.5 * pixels
     together = room._buffers["radiance"][1][: pixels * 3]
     differs = (np.abs(together - alone) > 1e-3 + 1e-2 * np.abs(alone)).reshape(-1, 3).any(1)
-    assert not np.delete(differs, edges).any()
+    assert not np.delete(differs, found).any()
     # One by one, samples look through one pane only.
     is_pane = (seen[1][3 : pixels * 4 : 4] < 0.0).reshape(size[0], CAMERA.height, CAMERA.width)
     around = [np.roll(is_pane, (down, across), (1, 2)) for down in (-1, 0, 1) for across in (-1, 0, 1)]
-    clear = edges[~np.any(around, axis=0).ravel()[edges]]
-    assert len(clear) > 0.3 * len(edges)
+    clear = found[~np.any(around, axis=0).ravel()[found]]
+    assert len(clear) > 0.3 * len(found)
     assert differs[clear].mean() < 2e-2

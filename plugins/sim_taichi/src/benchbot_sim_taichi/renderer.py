@@ -17,6 +17,7 @@ from benchbot_sim_taichi import (
     arrangement,
     camera_response,
     device_scene,
+    edges,
     irradiance,
     lamps,
     light_grid,
@@ -34,7 +35,6 @@ from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
 __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
 PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
-EDGES_AT_ONCE = 2**15  # 480 bytes of working memory each
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
 
 
@@ -342,37 +342,8 @@ class Renderer:
         if on_gpu:
             resolve.resolve_pixels(*lit, cameras, *seen, centers, radiance, *size)
         else:
-            self._resolve(lit, cameras, seen, centers, radiance, size)
+            edges.resolve(lit, cameras, seen, centers, radiance, size, self._buffer)
         camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)
-
-    def _resolve(
-        self,
-        lit: tuple[Any, ...],
-        cameras: Any,
-        seen: tuple[Any, ...],
-        centers: Any,
-        radiance: Any,
-        size: tuple[int, int, int],
-    ) -> None:
-        """Fill `radiance` from `centers`, looking more closely at pixels that hold several surfaces: on a processor."""
-        from benchbot_sim_taichi.kernels import first_hits, packet, paint, paint_tiles, resolve
-
-        guide, *mirrored = seen
-        tiles = first_hits.squares(*size)
-        marks = self._buffer("marks", tiles * packet.RAYS, np.int32)
-        resolve.find_edges(centers, guide, *mirrored[::2], marks, radiance, tiles, *size[1:])
-        edges = resolve.edges_of(marks[: tiles * packet.RAYS], size[0])
-        for first in range(0, len(edges), EDGES_AT_ONCE):
-            pixels = edges[first : first + EDGES_AT_ONCE]
-            samples, tiles = len(pixels) * first_hits.SAMPLES, len(pixels) // first_hits.PIXELS_AT_ONCE
-            hits = self._buffer("edge_hits", tiles * first_hits.HITS_STRIDE)
-            strides = {"shades": paint.SHADE_STRIDE, "mirrors": paint.MIRROR_STRIDE}
-            sampled = [self._buffer(f"edge_{name}", samples * stride) for name, stride in strides.items()]
-            sampled.append(self._buffer("edge_kinds", samples, np.int32))
-            first_hits.meet(*lit[:3], cameras, pixels, hits, tiles, *size[1:])
-            unused = (centers, marks, 0, 0)
-            paint_tiles.paint_tiles(*lit, cameras, pixels, hits, guide, *sampled, *unused, tiles, *size[1:])
-            resolve.blend_samples(cameras, pixels, *sampled, *mirrored, centers, radiance, *size[1:])
 
     def cast(
         self, origins: npt.NDArray[np.floating], directions: npt.NDArray[np.floating], range_max_m: float
