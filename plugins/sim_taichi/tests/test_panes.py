@@ -113,8 +113,8 @@ def test_a_window_to_a_narrow_yard_lights_its_room_and_a_screen_before_a_window_
         glb.box(name, low, high, grey)
     glb.box("opposite", (0, 5.4, 0), (3, 5.5, 4), black)
     quad = np.array([[0, 1, 2], [0, 2, 3]])
-    for name, y, low, high in (("pane", 3.05, 1, 2), ("screen", 2.2, 0, 2)):
-        corners = np.array([[0, y, low], [3, y, low], [3, y, high], [0, y, high]], float)
+    for name, y, bottom, top in (("pane", 3.05, 1, 2), ("screen", 2.2, 0, 2)):
+        corners = np.array([[0, y, bottom], [3, y, bottom], [3, y, top], [0, y, top]], float)
         glb.add(name, corners, quad, glb.material((1, 1, 1), glass=True))
     sky = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=Sky((1, 1, 1), (1, 1, 1), (0, 0, 0)), exposure=1.0)
     renderer = Renderer(load_scene(glb.write(tmp_path / "yard.glb")), sky, cache_dir=kernel_cache)
