@@ -88,12 +88,12 @@ def signal_name(number: int) -> str:
         return f"signal {number}"
 
 
-def last_words(log: IO[bytes], start: int = 0) -> str:
+def last_words(log: IO[bytes], start: int = 0, most_lines: int = QUOTED_LINES) -> str:
     """Return the last lines of a log, from byte `start` on, as sentences that follow a description of its end."""
     size = log.seek(0, os.SEEK_END)
-    log.seek(max(start, size - QUOTED_BYTES))
+    log.seek(max(start, size - QUOTED_BYTES * most_lines // QUOTED_LINES))
     lines = log.read().decode("utf-8", "replace").strip().splitlines()
-    return "\n".join(["Its last words:", *lines[-QUOTED_LINES:]]) if lines else "It left no last words."
+    return "\n".join(["Its last words:", *lines[-most_lines:]]) if lines else "It left no last words."
 
 
 def is_stopped(pid: int) -> bool:

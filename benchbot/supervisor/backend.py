@@ -27,6 +27,8 @@ START_TIMEOUT_S = 180.0
 """A real robot is diagnosed meanwhile."""
 STOP_TIMEOUT_S = 15.0
 BEGIN_TIMEOUT_S = 120.0
+STACK_LINES = 100
+"""Enough of all threads of a supervisor that hangs, for the place where its main thread stands to be among them."""
 PROGRAM = "a program"
 
 logger = logging.getLogger(__name__)
@@ -139,7 +141,8 @@ def _end(process: "subprocess.Popen[bytes]", log: IO[bytes], timeout_s: float) -
             process.wait(1.0)
         process.kill()
         process.wait()
-        logger.warning("The supervisor did not end in %g s and was ended by force. %s", timeout_s, last_words(log))
+        said = last_words(log, most_lines=STACK_LINES)
+        logger.warning("The supervisor did not end in %g s and was ended by force. %s", timeout_s, said)
         given_up_s = time.monotonic() + STOP_TIMEOUT_S
         while any(map(is_running, started)) and time.monotonic() < given_up_s:
             time.sleep(0.05)

@@ -1,4 +1,4 @@
-"""Splats in glTF files: the extension KHR_gaussian_splatting (Khronos, ratified in 2026).
+"""Splats in glTF files: the extension KHR_gaussian_splatting (Khronos, release candidate of July 2026).
 
 A primitive of points has a position, a quaternion, standard deviations, an opacity and spherical harmonics as
 attributes. Harmonics above degree 1 are not read.
