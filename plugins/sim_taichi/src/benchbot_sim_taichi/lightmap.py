@@ -17,7 +17,6 @@ from benchbot_sim_taichi.tables import DeviceScene
 
 VERSION = 7
 NODES_AT_ONCE = 2**17
-ALIKE_STEPS: tuple[int, ...] = ()
 FAR_STEPS: tuple[int, ...] = (2,)
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
@@ -76,6 +75,7 @@ def none(scene: SceneGeometry) -> Lightmap:
 def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, seed: int) -> Lightmap:
     """Find the nodes, trace rays from them, and smooth what they found."""
     from benchbot_sim_taichi.kernels import bake as kernels
+    from benchbot_sim_taichi.kernels import smoothing
 
     found = charts.find(scene)
     places, index = _ti.upload(found.places), _ti.upload(found.index)
@@ -91,27 +91,23 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     nodes = (vertices, samples, charted)
     for run in _runs(count, "the simulator lights surfaces"):
         kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
-    kernels.finish(raw, raw, charted, index, *links, light, count)
+    smoothing.finish(raw, raw, charted, index, *links, light, count)
     kernels.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
     for run in _runs(count, "the simulator lights surfaces by way of others"):
         kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)
     for down in (0, 1):
-        kernels.smooth(raw, charted, index, other, count, down, 1, 0, 10)
+        smoothing.smooth(raw, charted, index, other, count, down, 1, 0, 10)
         raw, other = other, raw
-    for step in ALIKE_STEPS:
-        for down in (0, 1):
-            kernels.smooth_alike(raw, charted, index, other, count, down, step)
-            raw, other = other, raw
     for _ in range(LOOSE_ROUNDS):
-        kernels.smooth_loose(raw, charted, *links, other, count)
+        smoothing.smooth_loose(raw, charted, *links, other, count)
         raw, other = other, raw
     narrow = _ti.upload(_ti.download(raw).copy())
     for step in FAR_STEPS:
         for down in (0, 1):
-            kernels.smooth(raw, charted, index, other, count, down, step, 6, 10)
+            smoothing.smooth(raw, charted, index, other, count, down, step, 6, 10)
             raw, other = other, raw
-    kernels.finish(narrow, raw, charted, index, *links, light, count)
+    smoothing.finish(narrow, raw, charted, index, *links, light, count)
     _ti.save_kernels()
     return Lightmap(places, index, light)
 

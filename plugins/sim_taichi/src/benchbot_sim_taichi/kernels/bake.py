@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Light at the nodes of surfaces: worked out, smoothed, packed.
+"""Light at the nodes of surfaces, by rays.
 
 A node's raw light is 12 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
 `NEAR_M`, and by way of all others, how much of the hemisphere those others fill (1: all), the share of the sun that is
@@ -16,7 +16,7 @@ from benchbot_sim_taichi.kernels.cells import sample_point
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
-from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, SUN_STEPS, stored_light
+from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import (
@@ -46,8 +46,6 @@ MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
-SUN_EDGE = 0.02
-LIKENESS = 0.05  # half of the largest difference to be averaged away
 
 
 @ti.dataclass
@@ -405,154 +403,3 @@ def gather(
                 raw[at + 6 + i] = 0.0
             raw[at + 9] = 0.0
             raw[at + 11] = HIDDEN_WEIGHT
-
-
-@ti.kernel
-def smooth(
-    source: floats,
-    charted: ints,
-    index: ints,
-    target: floats,
-    count: ti.i32,
-    down: ti.i32,
-    step: ti.i32,
-    first: ti.template(),
-    last: ti.template(),
-):
-    """Average values `first` to `last` - 1 of charts' nodes over others `step` apart: 5 of neighbours, else 3.
-
-    The outermost count half, so that every stratum counts alike.
-    """
-    for node in range(count):
-        at = node * RAW_STRIDE
-        for c in ti.static(range(RAW_STRIDE)):
-            target[at + c] = source[at + c]
-        entry = charted[node * NODE_STRIDE]
-        if entry >= 0:
-            place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
-            size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
-            stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
-            reach = 1
-            weights = 0.0
-            total = ti.Vector([0.0] * RAW_STRIDE)
-            for k in range(-reach, reach + 1):
-                if 0 <= place + k * step < size:
-                    other = index[entry + k * stride]
-                    if other >= 0:
-                        weight = ti.select(ti.abs(k) == reach, 0.5, 1.0) * source[other * RAW_STRIDE + 11]
-                        for c in ti.static(range(first, last)):
-                            total[c] += weight * source[other * RAW_STRIDE + c]
-                        weights += weight
-            if weights > 0.0:
-                for c in ti.static(range(first, last)):
-                    target[at + c] = total[c] / weights
-
-
-@ti.kernel
-def smooth_alike(source: floats, charted: ints, index: ints, target: floats, count: ti.i32, down: ti.i32, step: ti.i32):
-    """Average the irradiance that changes quickly with that of nodes `step` apart which have nearly as much.
-
-    What noise is left disappears, while shadows stay (Tomasi and Manduchi, "Bilateral filtering", 1998).
-    """
-    for node in range(count):
-        at = node * RAW_STRIDE
-        for c in ti.static(range(RAW_STRIDE)):
-            target[at + c] = source[at + c]
-        entry = charted[node * NODE_STRIDE]
-        if entry >= 0:
-            place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
-            size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
-            stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
-            brightness = 0.0
-            for c in ti.static(range(6)):
-                brightness += source[at + c]
-            weights = 1.0
-            total = ti.Vector([source[at + c] for c in range(6)])
-            for side in range(2):
-                k = ti.select(side == 0, -1, 1)
-                if 0 <= place + k * step < size:
-                    other = index[entry + k * stride] * RAW_STRIDE
-                    if other >= 0 and source[other + 11] == 1.0:
-                        beside = 0.0
-                        for c in ti.static(range(6)):
-                            beside += source[other + c]
-                        unlike = (beside - brightness) / ti.max(LIKENESS * (beside + brightness), 1e-9)
-                        weight = 0.5 * ti.max(1.0 - unlike * unlike, 0.0)
-                        for c in ti.static(range(6)):
-                            total[c] += weight * source[other + c]
-                        weights += weight
-            for c in ti.static(range(6)):
-                target[at + c] = total[c] / weights
-
-
-@ti.kernel
-def smooth_loose(source: floats, charted: ints, first_link: ints, links: ints, target: floats, count: ti.i32):
-    """Average the light of nodes that are not a chart's with that of their neighbours."""
-    for node in range(count):
-        at = node * RAW_STRIDE
-        weight = 2.0 * source[at + 11]
-        weights = weight
-        total = ti.Vector([0.0] * 10)
-        for c in ti.static(range(10)):
-            total[c] = weight * source[at + c]
-        if charted[node * NODE_STRIDE] < 0:
-            for k in range(first_link[node], first_link[node + 1]):
-                other = links[k] * RAW_STRIDE
-                for c in ti.static(range(10)):
-                    total[c] += source[other + 11] * source[other + c]
-                weights += source[other + 11]
-        for c in ti.static(range(10)):
-            target[at + c] = total[c] / weights
-        target[at + 10] = source[at + 10]
-        target[at + 11] = source[at + 11]
-
-
-@ti.func
-def sixteen_bits(value):
-    """Exponent and eight bits of the fraction of a number that is not negative."""
-    return ti.min((ti.bit_cast(ti.max(value, 0.0), ti.i32) + 0x4000) >> 15, 0xFEFF)
-
-
-@ti.kernel
-def finish(
-    narrow: floats,
-    wide: floats,
-    charted: ints,
-    index: ints,
-    first_link: ints,
-    links: ints,
-    light: ints,
-    count: ti.i32,
-):
-    """Pack each node's light into two words: irradiance of red and green; of blue, the sun's share, and a bit.
-
-    The bit says that a neighbour sees more or less of the sun. Light from afar is that of `wide`, by the share of the
-    hemisphere that is open in `narrow`: it changes slowly, while what hides it does not.
-    """
-    for node in range(count):
-        at = node * RAW_STRIDE
-        from_afar = narrow[at + 9] / ti.max(wide[at + 9], 1e-6)
-        value = vec3(0.0)
-        for c in ti.static(range(3)):
-            value[c] = narrow[at + c] + narrow[at + 3 + c] + wide[at + 6 + c] * from_afar
-        sun = narrow[at + 10]
-        edge = 0
-        entry = charted[node * NODE_STRIDE]
-        if entry >= 0:
-            x, y = charted[node * NODE_STRIDE + 1], charted[node * NODE_STRIDE + 2]
-            width, height = charted[node * NODE_STRIDE + 3], charted[node * NODE_STRIDE + 4]
-            for k in range(9):
-                dx = k % 3 - 1
-                dy = k // 3 - 1
-                if 0 <= x + dx < width and 0 <= y + dy < height:
-                    other = index[entry + dy * width + dx]
-                    if other >= 0 and ti.abs(narrow[other * RAW_STRIDE + 10] - sun) > SUN_EDGE:
-                        edge = 1
-        else:
-            for k in range(first_link[node], first_link[node + 1]):
-                if ti.abs(narrow[links[k] * RAW_STRIDE + 10] - sun) > SUN_EDGE:
-                    edge = 1
-        light[node * 2] = sixteen_bits(value.x) | sixteen_bits(value.y) << 16
-        light[node * 2 + 1] = (
-            sixteen_bits(value.z) | ti.cast(ti.math.clamp(sun, 0.0, 1.0) * SUN_STEPS + 0.5, ti.i32) << 16 | edge << 31
-        )

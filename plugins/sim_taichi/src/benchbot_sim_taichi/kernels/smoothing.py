@@ -1,0 +1,124 @@
+# mypy: ignore-errors
+"""Light at the nodes of surfaces, averaged among neighbours and packed; `bake` says what a node's raw light is."""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.charts import NODE_STRIDE
+from benchbot_sim_taichi.kernels.bake import RAW_STRIDE
+from benchbot_sim_taichi.kernels.lightmap import SUN_STEPS
+from benchbot_sim_taichi.kernels.traversal import floats, ints, vec3
+
+SUN_EDGE = 0.02
+
+
+@ti.kernel
+def smooth(
+    source: floats,
+    charted: ints,
+    index: ints,
+    target: floats,
+    count: ti.i32,
+    down: ti.i32,
+    step: ti.i32,
+    first: ti.template(),
+    last: ti.template(),
+):
+    """Average values `first` to `last` - 1 of charts' nodes over others `step` apart: 5 of neighbours, else 3.
+
+    The outermost count half, so that every stratum counts alike.
+    """
+    for node in range(count):
+        at = node * RAW_STRIDE
+        for c in ti.static(range(RAW_STRIDE)):
+            target[at + c] = source[at + c]
+        entry = charted[node * NODE_STRIDE]
+        if entry >= 0:
+            place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
+            size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
+            stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
+            reach = 1
+            weights = 0.0
+            total = ti.Vector([0.0] * RAW_STRIDE)
+            for k in range(-reach, reach + 1):
+                if 0 <= place + k * step < size:
+                    other = index[entry + k * stride]
+                    if other >= 0:
+                        weight = ti.select(ti.abs(k) == reach, 0.5, 1.0) * source[other * RAW_STRIDE + 11]
+                        for c in ti.static(range(first, last)):
+                            total[c] += weight * source[other * RAW_STRIDE + c]
+                        weights += weight
+            if weights > 0.0:
+                for c in ti.static(range(first, last)):
+                    target[at + c] = total[c] / weights
+
+
+@ti.kernel
+def smooth_loose(source: floats, charted: ints, first_link: ints, links: ints, target: floats, count: ti.i32):
+    """Average the light of nodes that are not a chart's with that of their neighbours."""
+    for node in range(count):
+        at = node * RAW_STRIDE
+        weight = 2.0 * source[at + 11]
+        weights = weight
+        total = ti.Vector([0.0] * 10)
+        for c in ti.static(range(10)):
+            total[c] = weight * source[at + c]
+        if charted[node * NODE_STRIDE] < 0:
+            for k in range(first_link[node], first_link[node + 1]):
+                other = links[k] * RAW_STRIDE
+                for c in ti.static(range(10)):
+                    total[c] += source[other + 11] * source[other + c]
+                weights += source[other + 11]
+        for c in ti.static(range(10)):
+            target[at + c] = total[c] / weights
+        target[at + 10] = source[at + 10]
+        target[at + 11] = source[at + 11]
+
+
+@ti.func
+def sixteen_bits(value):
+    """Exponent and eight bits of the fraction of a number that is not negative."""
+    return ti.min((ti.bit_cast(ti.max(value, 0.0), ti.i32) + 0x4000) >> 15, 0xFEFF)
+
+
+@ti.kernel
+def finish(
+    narrow: floats,
+    wide: floats,
+    charted: ints,
+    index: ints,
+    first_link: ints,
+    links: ints,
+    light: ints,
+    count: ti.i32,
+):
+    """Pack each node's light into two words: irradiance of red and green; of blue, the sun's share, and a bit.
+
+    The bit says that a neighbour sees more or less of the sun. Light from afar is that of `wide`, by the share of the
+    hemisphere that is open in `narrow`: it changes slowly, while what hides it does not.
+    """
+    for node in range(count):
+        at = node * RAW_STRIDE
+        from_afar = narrow[at + 9] / ti.max(wide[at + 9], 1e-6)
+        value = vec3(0.0)
+        for c in ti.static(range(3)):
+            value[c] = narrow[at + c] + narrow[at + 3 + c] + wide[at + 6 + c] * from_afar
+        sun = narrow[at + 10]
+        edge = 0
+        entry = charted[node * NODE_STRIDE]
+        if entry >= 0:
+            x, y = charted[node * NODE_STRIDE + 1], charted[node * NODE_STRIDE + 2]
+            width, height = charted[node * NODE_STRIDE + 3], charted[node * NODE_STRIDE + 4]
+            for k in range(9):
+                dx = k % 3 - 1
+                dy = k // 3 - 1
+                if 0 <= x + dx < width and 0 <= y + dy < height:
+                    other = index[entry + dy * width + dx]
+                    if other >= 0 and ti.abs(narrow[other * RAW_STRIDE + 10] - sun) > SUN_EDGE:
+                        edge = 1
+        else:
+            for k in range(first_link[node], first_link[node + 1]):
+                if ti.abs(narrow[links[k] * RAW_STRIDE + 10] - sun) > SUN_EDGE:
+                    edge = 1
+        light[node * 2] = sixteen_bits(value.x) | sixteen_bits(value.y) << 16
+        light[node * 2 + 1] = (
+            sixteen_bits(value.z) | ti.cast(ti.math.clamp(sun, 0.0, 1.0) * SUN_STEPS + 0.5, ti.i32) << 16 | edge << 31
+        )
