@@ -47,7 +47,7 @@ def measured(title: str, folder: Path) -> dict[str, float]:
     """Import the room in one format and run both examples in it."""
     made = folder / "made"
     words = ("--name", "room", "--output-location", str(made), "--robot", "carter_lowres", "--no-pictures")
-    _benchbot("import-environment", str(FORMATS[title](folder)), *words)
+    benchbot("import-environment", str(FORMATS[title](folder)), *words)
     truth = json.loads((made / "ground_truths" / "room_1.json").read_text())
     objects = truth["ground_truth"]["objects"]
     row: dict[str, float] = {
@@ -57,7 +57,7 @@ def measured(title: str, folder: Path) -> dict[str, float]:
     }
     for name in EXAMPLES:
         run = ("--example", name, "--results-location", str(folder / f"{name}.json"), "--evaluate-with", "omq")
-        row[name] = float(_benchbot("submit", "--addons", str(made), *SELECTION, *run).split()[-1])
+        row[name] = float(benchbot("submit", "--addons", str(made), *SELECTION, *run).split()[-1])
     return row
 
 
@@ -69,7 +69,8 @@ def _worst_m(objects: list[dict[str, Any]]) -> float:
     return float(max(errors))
 
 
-def _benchbot(*words: str) -> str:
+def benchbot(*words: str) -> str:
+    """Run a command and return what it prints; end this process, saying why, where it fails."""
     done = subprocess.run([sys.executable, "-m", "benchbot", *words], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise SystemExit(f"benchbot {' '.join(words)}\n{done.stderr}")

@@ -14,8 +14,6 @@ its splats, as files, are imported, and two examples are run with and without th
 import argparse
 import json
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import asdict, replace
@@ -25,7 +23,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
-from scipy.ndimage import gaussian_filter
 
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP
 from benchbot_scenes.importing import splat_alignment
@@ -35,6 +32,8 @@ from benchbot_scenes.splats import Splats, transformed
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks import splat_scans, views
+from benchmarks.bench_quality import ssim
+from benchmarks.bench_scans import benchbot
 from plugins.scenes.tests.importing.trained import write_ply
 
 SIZES = ((640, 480), (960, 540))
@@ -152,7 +151,7 @@ def compared(
     for number, pose in enumerate(poses):
         ours, theirs = shown.render(pose, lens).rgb, mesh.render(pose, lens).rgb
         noise.append(psnr_db(ours, theirs))
-        likeness.append(ssim(ours, theirs))
+        likeness.append(ssim(ours.mean(axis=2), theirs.mean(axis=2)))
         if pictures is not None:
             pictures.mkdir(parents=True, exist_ok=True)
             count = shown.scene.splats.count if shown.scene.splats else 0
@@ -163,21 +162,6 @@ def compared(
 def psnr_db(ours: npt.NDArray[np.uint8], theirs: npt.NDArray[np.uint8]) -> float:
     """Peak signal over noise of bytes."""
     return float(20 * np.log10(255 / np.sqrt(np.mean((ours.astype(float) - theirs) ** 2))))
-
-
-def ssim(ours: npt.NDArray[np.uint8], theirs: npt.NDArray[np.uint8]) -> float:
-    """Structural similarity of brightness, with a Gaussian window of 1.5 pixels (Wang et al., 2004)."""
-    one, other = (picture.astype(float).mean(axis=2) for picture in (ours, theirs))
-
-    def blurred(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        return np.asarray(gaussian_filter(values, 1.5, truncate=3.5))
-
-    mean, other_mean = blurred(one), blurred(other)
-    variance, other_variance = blurred(one * one) - mean**2, blurred(other * other) - other_mean**2
-    covariance = blurred(one * other) - mean * other_mean
-    small, larger = (0.01 * 255) ** 2, (0.03 * 255) ** 2
-    top = (2 * mean * other_mean + small) * (2 * covariance + larger)
-    return float(np.mean(top / ((mean**2 + other_mean**2 + small) * (variance + other_variance + larger))))
 
 
 def line(row: dict[str, Any]) -> str:
@@ -196,21 +180,14 @@ def scored(scene: SceneGeometry, splats: Splats, folder: Path) -> dict[str, Any]
     for name, more in (("mesh", ()), ("splats", ("--splats", str(cloud)))):
         made = folder / name
         words = ("-o", str(made), "--robot", "carter_lowres", "--no-pictures", "--json")
-        told = json.loads(_benchbot("import-environment", str(mesh), *words, *more))
+        told = json.loads(benchbot("import-environment", str(mesh), *words, *more))
         found[name] = {"alignment": told["splats"] and told["splats"]["alignment"]}
         found[name]["bytes"] = (made / "scenes" / "scan_1.glb").stat().st_size
         for example in EXAMPLES:
             results = ("--results-location", str(folder / f"{name}_{example}.json"), "--evaluate-with", "omq")
             run = ("submit", "--addons", str(made), *SELECTION, "--seed", "1", "--example", example, *results)
-            found[name][example] = float(_benchbot(*run).split()[-1])
+            found[name][example] = float(benchbot(*run).split()[-1])
     return found
-
-
-def _benchbot(*words: str) -> str:
-    done = subprocess.run([sys.executable, "-m", "benchbot", *words], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise SystemExit(f"benchbot {' '.join(words)}\n{done.stderr}")
-    return done.stdout
 
 
 if __name__ == "__main__":

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_sim_taichi.renderer import Frame, Intrinsics
+from benchmarks.bench_quality import LUMA
 
-LUMA = np.array([0.299, 0.587, 0.114])
 FEATURES = 1000
 NEAR_PX = 3.0
 DEPTH_EDGE = 0.03  # of the depth: a feature beside a jump is of neither side

@@ -19,8 +19,8 @@ from scipy import ndimage
 
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi.renderer import Frame, Intrinsics
+from benchmarks.bench_quality import LUMA
 
-LUMA = np.array([0.299, 0.587, 0.114])
 BAND_PX = (4.0, 30.0)
 WAVE_PER_SIGMA = np.pi * np.sqrt(2.0 / np.log(2.0))
 MARGIN_PX = 5

@@ -12,9 +12,8 @@ import numpy.typing as npt
 
 from benchbot_scenes.splats import FloatArray, Splats
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from plugins.scenes.tests.importing.trained import FLATNESS, SPREAD, facing
 
-FLATNESS = 0.1
-SPREAD = 0.7
 OPACITY = 0.95
 STEEPEST = 0.1
 """Cosine below which a surface is seen too flat to be of use."""
@@ -45,12 +44,12 @@ def splats_of(seen: Scan, cell_m: float) -> Splats:
     def mean(values: FloatArray) -> npt.NDArray[np.float64]:
         return np.stack([np.bincount(cell, values[:, axis]) for axis in range(3)], axis=1) / count[:, None]
 
-    facing = mean(normals)
-    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-9)
+    mean_normals = mean(normals)
+    mean_normals /= np.maximum(np.linalg.norm(mean_normals, axis=1, keepdims=True), 1e-9)
     sizes = np.array([1.0, 1.0, FLATNESS]) * SPREAD * cell_m
     return Splats(
         positions_m=mean(points).astype(np.float32),
-        rotations=_facing(facing).astype(np.float32),
+        rotations=facing(mean_normals).astype(np.float32),
         scales_m=np.tile(sizes, (len(count), 1)).astype(np.float32),
         opacities=np.full(len(count), OPACITY, np.float32),
         colors=mean(colors).astype(np.float32),
@@ -91,12 +90,3 @@ def _seen(
         normals[is_seen].astype(np.float32),
         (frame.rgb[is_seen] / 255.0).astype(np.float32),
     )
-
-
-def _facing(normals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Quaternions (N, 4) x, y, z, w that turn z to unit normals."""
-    x, y, z = normals.T
-    turns = np.stack([-y, x, np.zeros_like(x), 1.0 + z], axis=1)
-    turns[z < -1.0 + 1e-6] = (1.0, 0.0, 0.0, 0.0)
-    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
-    return turns

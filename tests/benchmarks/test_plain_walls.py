@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from benchbot_scenes.scene import Instance, Material, SceneGeometry
 from benchbot_sim_taichi.renderer import Frame, Intrinsics
 from benchmarks import plain_walls
+from benchmarks.bench_quality import LUMA
 
 CAMERA = Intrinsics.from_horizontal_fov(160, 120, 90.0)
 POSE = np.array([[0.0, 0.0, 1.0, 1.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.5], [0.0, 0.0, 0.0, 1.0]])
@@ -143,7 +144,7 @@ def test_half_of_the_amplitude_is_left_at_the_ends_of_the_band(length_px: float)
     narrow = np.zeros_like(WALL)
     narrow[30:90, 40:120] = 1
     picture = wave(length_px, 0.0, 8.0)
-    inner = plain_walls.band(picture @ plain_walls.LUMA, WALL).reshape(WALL.shape)[narrow > 0]
+    inner = plain_walls.band(picture @ LUMA, WALL).reshape(WALL.shape)[narrow > 0]
     assert inner.std() == pytest.approx(0.5 * 8.0 / np.sqrt(2), rel=0.1)
 
 

@@ -46,16 +46,22 @@ def on_mesh(geometry: SceneGeometry, per_m2: float) -> Splats:
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     edges = corners[:, 1:] - corners[:, :1]
     points = corners[triangle, 0] + u[:, None] * edges[triangle, 0] + v[:, None] * edges[triangle, 1]
-    x, y, z = (normals / (2 * areas[:, None]))[triangle].T
-    turns = np.stack([-y, x, np.zeros(count), 1.0 + z], axis=1)
-    turns[z < -1.0 + 1e-6] = (1.0, 0.0, 0.0, 0.0)
     size = np.array([1.0, 1.0, FLATNESS]) * SPREAD * 1.5 / np.sqrt(per_m2)
     low, high = points.min(axis=0), points.max(axis=0)
     return Splats(
         positions_m=points.astype(np.float32),
-        rotations=(turns / np.linalg.norm(turns, axis=1, keepdims=True)).astype(np.float32),
+        rotations=facing((normals / (2 * areas[:, None]))[triangle]).astype(np.float32),
         scales_m=np.tile(size, (count, 1)).astype(np.float32),
         opacities=np.full(count, 0.95, np.float32),
         colors=((points - low) / (high - low)).astype(np.float32),
         color_slopes=np.zeros((count, 3, 3), np.float32),
     )
+
+
+def facing(normals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Quaternions (N, 4) x, y, z, w that turn z to unit normals."""
+    x, y, z = normals.T
+    turns = np.stack([-y, x, np.zeros_like(x), 1.0 + z], axis=1)
+    turns[z < -1.0 + 1e-6] = (1.0, 0.0, 0.0, 0.0)
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    return turns

@@ -1,6 +1,7 @@
 """A start pose in an imported scene, and a trajectory from which the robot sees its objects."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +25,7 @@ HEADINGS = 24
 # A scene in one piece is seen when pieces of this size are.
 PIECE_M = 1.5
 LARGEST_M = 100.0
+EYE_M = 1.05
 # Trajectories reach so far from the start, and look at what lies between these heights.
 REACH_M, BOTTOM_M, TOP_M = 25.0, -1.0, 4.0
 
@@ -140,3 +142,16 @@ def in_pieces(geometry: SceneGeometry) -> SceneGeometry:
     number = number.reshape(-1).astype(np.int32)
     instances = tuple(Instance(index + 1, f"piece {index + 1}", None) for index in range(int(number.max()) + 1))
     return replace(geometry, triangle_instance=number + np.int32(1), instances=instances)
+
+
+def level_camera(pose: Sequence[float], turn_rad: float = 0.0) -> npt.NDArray[np.float64]:
+    """The optical frame (x right, y down, z forward) of a camera above a base pose [qw, qx, qy, qz, x, y, z].
+
+    It is turned to the left of where the base heads by `turn_rad`.
+    """
+    heading = 2 * math.atan2(pose[3], pose[0]) + turn_rad
+    cos, sin = math.cos(heading), math.sin(heading)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.array([[sin, 0.0, cos], [-cos, 0.0, sin], [0.0, -1.0, 0.0]])
+    matrix[:3, 3] = (pose[4], pose[5], pose[6] + EYE_M)
+    return matrix

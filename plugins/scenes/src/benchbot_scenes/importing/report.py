@@ -13,6 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from PIL import Image, ImageDraw
 
 from benchbot_scenes.importing.environment import Imported
+from benchbot_scenes.importing.planning import level_camera
 from benchbot_scenes.occupancy_map import occupancy
 from benchbot_scenes.top_down import top_down
 
@@ -20,7 +21,6 @@ MOST_NAMES = 200
 MAP_PIXELS, ABOVE_PIXELS = 900, 1200
 VIEW_WIDTH, VIEW_HEIGHT, VIEW_DEG = 640, 360, 90.0
 VIEWS = 4
-EYE_M = 1.05
 JPEG_QUALITY = 85
 _NO_CLASS = ("none", "not known")
 _PATH, _START = (29, 90, 143), (200, 60, 30)
@@ -109,7 +109,7 @@ def views(imported: Imported, cache_dir: Path | None = None) -> list[Image.Image
     camera = Intrinsics.from_horizontal_fov(VIEW_WIDTH, VIEW_HEIGHT, VIEW_DEG)
     poses = [imported.declaration["start_pose"], *imported.declaration["trajectory_poses"]]
     shown = sorted({round(number * (len(poses) - 1) / VIEWS) for number in range(VIEWS)})
-    batch = renderer.render_batch(np.stack([_eye(poses[number]) for number in shown]), camera)
+    batch = renderer.render_batch(np.stack([level_camera(poses[number]) for number in shown]), camera)
     return [Image.fromarray(np.asarray(picture)) for picture in batch.rgb]
 
 
@@ -129,13 +129,3 @@ def _inline(picture: Image.Image) -> str:
     stream = io.BytesIO()
     picture.convert("RGB").save(stream, "JPEG", quality=JPEG_QUALITY)
     return f"data:image/jpeg;base64,{base64.b64encode(stream.getvalue()).decode()}"
-
-
-def _eye(pose: Sequence[float]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The optical frame (x right, y down, z forward) of a camera above a base pose [qw, qx, qy, qz, x, y, z]."""
-    heading = 2 * math.atan2(pose[3], pose[0])
-    cos, sin = math.cos(heading), math.sin(heading)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.array([[sin, 0.0, cos], [-cos, 0.0, sin], [0.0, -1.0, 0.0]])
-    matrix[:3, 3] = (pose[4], pose[5], pose[6] + EYE_M)
-    return matrix

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from benchbot_scenes.importing.planning import level_camera
 from benchbot_scenes.scene import SceneGeometry
 
 PLACES = 8
 HEADINGS_DEG = (0.0, 120.0, 240.0)
 WIDTH, HEIGHT, VIEW_DEG = 160, 120, 90.0
-EYE_M = 1.05
 CLOSE_M, NEAR_M = 0.05, 0.10
 LEAST_NEAR_SHARE = 0.8
 LEAST_SHARE_OF_SAME_PLACE = 0.5
@@ -109,14 +109,7 @@ def _cameras(poses: Sequence[Sequence[float]]) -> list[Floats]:
     """Level optical frames above some of the poses, looking all around."""
     cameras = []
     for number in sorted({round(k * (len(poses) - 1) / max(PLACES - 1, 1)) for k in range(PLACES)}):
-        pose = poses[number]
-        for turn in np.radians(HEADINGS_DEG):
-            heading = 2.0 * math.atan2(pose[3], pose[0]) + turn
-            cos, sin = math.cos(heading), math.sin(heading)
-            camera = np.eye(4)
-            camera[:3, :3] = np.array([[sin, 0.0, cos], [-cos, 0.0, sin], [0.0, -1.0, 0.0]])
-            camera[:3, 3] = (pose[4], pose[5], pose[6] + EYE_M)
-            cameras.append(camera)
+        cameras += [level_camera(poses[number], turn) for turn in np.radians(HEADINGS_DEG)]
     return cameras
 
 
