@@ -246,7 +246,7 @@ def _difference(found: Preview, before: Plan) -> str:
     ]
     if (one.native, one.example, one.words) != (other.native, other.example, other.words):
         reasons.append("the command of the solution")
-    if list(plan.solutions) != list(before.solutions):
+    if set(plan.solutions) != set(before.solutions):
         reasons.append("the names of the solutions")
     if one.hold != other.hold:
         reasons.append("what holds the solution")

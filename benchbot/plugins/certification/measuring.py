@@ -16,6 +16,7 @@ from benchbot.core.declarations.catalog import Catalog, Declaration
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.findings import Finding, Level
 from benchbot.core.plugin_manager import installed
+from benchbot.core.provenance import distribution_hash
 from benchbot.plugins.certification.certificate import Row
 
 MAPPER = Path(__file__).parent / "solutions" / "ranked_mapper.py"
@@ -73,7 +74,7 @@ def in_the_reference(robot: Declaration, reference: str) -> dict[str, Any]:
 def reference_folder(declared: Mapping[str, Any], measured: Measurement, catalog: Catalog) -> Path:
     """Return where the reference's batch is kept: a folder of a name that says all that its scores depend on."""
     rooms = [room.data for name in measured.rooms for room in catalog.environments(name)]
-    software = {info.distribution: info.version for info in installed()}
+    software = {name: distribution_hash(name) for name in {info.distribution for info in installed()}}
     solutions = [*measured.solutions.items(), sha256(MAPPER.read_bytes()).hexdigest()]
     content = json.dumps([declared, rooms, solutions, measured.task, measured.method, software], sort_keys=True)
     return resources.cache_dir() / "certificates" / sha256(content.encode()).hexdigest()[:16]
