@@ -1,7 +1,7 @@
 """Environments for learning: stepped as arrays, beside one after the other in the same run.
 
 python -m benchmarks vector [--device cuda] [--tensors torch] [--async] [--env PointGoal] [--envs 1 64] [--sizes 64]
-    [--within-s 60] [--json FILE]
+    [--places miniroom:1 house:1] [--within-s 60] [--json FILE]
 
 Rates are medians of interleaved rounds, in environment steps per second of wall time: each is a random move, ahead by
 0.25 m or a turn by 15 degrees, and what the task observes: pictures with depth (and ids in SemanticSlam), laser and
@@ -9,7 +9,8 @@ poses. What has ended begins anew. What the processors of this machine had to do
 they do, so that `ratio` is that of processor time. `sync` is gymnasium.vector.SyncVectorEnv, whose environments load a
 scene each and take one turn after the other, so that two of them tell the rate of any number. Kernels are compiled, or
 come from the cache of earlier runs, before anything is measured. `--tensors torch` leaves observations as tensors where
-they are made, and first compares those of some steps with arrays. `--async` adds gymnasium.vector.AsyncVectorEnv with a
+they are made, and first compares those of some steps with arrays. On a graphics processor, what its kernel moves is
+compared with what arrays of numpy move. `--async` adds gymnasium.vector.AsyncVectorEnv with a
 process for each of four environments; its processor time is in those, and not told. `MB` is what the memory of the
 device, or of this process, grew by. With `--within-s`, and on a graphics processor within a minute, rows that would
 take longer are left out, the largest first.
@@ -31,7 +32,9 @@ import numpy as np
 import psutil
 
 from benchbot.plugins.gymnasium import MOVES
+from benchbot.simulation import KinematicRobots
 from benchbot_sim_taichi import _ti
+from benchbot_sim_taichi.robots_on_device import TracedRobots
 
 SIZES = (64, 128)
 ENVIRONMENTS = (1, 4, 16, 64)
@@ -80,6 +83,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--env", choices=TASKS, default=TASKS[0], help="which environment, of the -v0")
+    parser.add_argument("--places", nargs="+", default=["miniroom:1"], metavar="NAME:N", help="drawn at every reset")
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, metavar="PIXELS", help="width and height")
     parser.add_argument("--envs", type=int, nargs="+", default=ENVIRONMENTS, metavar="N")
     parser.add_argument("--tensors", choices=["torch"], help="leave observations on the device")
@@ -90,7 +94,10 @@ def main() -> None:
     options = parser.parse_args()
     ends_s = time.monotonic() + (options.within_s or (60.0 if options.device == "cuda" else math.inf))
     name = f"benchbot/{options.env}-v0"
-    print(f"{name}, carter_lowres in miniroom:1, {options.device}, {options.tensors or 'numpy'}")
+    ARGUMENTS["env"] = options.places
+    print(f"{name}, carter_lowres in {', '.join(options.places)}, {options.device}, {options.tensors or 'numpy'}")
+    if options.device == "cuda":
+        compare_motion(name, options.device)
     if options.tensors:
         compare(name, options.sizes[0], options.device, options.tensors)
     print(
@@ -156,6 +163,25 @@ def compare(name: str, size: int, device: str, tensors: str) -> None:
     print(
         "tensors beside arrays, largest differences: " + ", ".join(f"{key} {value:.2g}" for key, value in off.items())
     )
+
+
+def compare_motion(name: str, device: str, count: int = 64, steps: int = 40) -> None:
+    """Print how far robots that a kernel of the device moved are from those that arrays of numpy moved."""
+    envs: list[Any] = [made(name, "vector_entry_point", count, 8, device) for _ in range(2)]
+    ways = (TracedRobots.execute, KinematicRobots.execute)
+    everyone, random, ended, away_m = np.arange(count), np.random.default_rng(0), 0, 0.0
+    for _ in range(steps):
+        moves = [MOVES[number] for number in random.integers(len(MOVES), size=count)]
+        straight = np.array([move.action == "move_distance" for move in moves])
+        arguments = np.array([move.argument for move in moves])
+        pairs = list(zip(ways, (each.unwrapped.robots for each in envs), strict=True))
+        outcomes = [way(robots, everyone, straight, arguments) for way, robots in pairs]
+        there, here = (robots.poses_xyyaw(everyone) for _, robots in pairs)
+        ended += int((outcomes[0] != outcomes[1]).sum())
+        away_m = max(away_m, float(np.abs(there - here).max()))
+    for each in envs:
+        each.close()
+    print(f"{count} robots, {steps} moves: {away_m:.2g} m or rad from those of numpy, {ended} ended otherwise")
 
 
 def memory_mb(device: str) -> float:

@@ -83,6 +83,11 @@ class ArrayVectorEnv(gymnasium.vector.VectorEnv[Arrays, Any, Any]):
         return self._one.action_names
 
     @property
+    def robots(self) -> ManyRobots:
+        """The robots, by the numbers of the environments."""
+        return self._robots
+
+    @property
     def moves(self) -> tuple[Move, ...] | None:
         """As of `TaskEnv`."""
         return self._one.moves

@@ -86,6 +86,7 @@ class TracedRobots(KinematicRobots):
                 len(robots),
                 table.shape[1],
                 int(self._simulator.config.stops_before_contact),
+                kernels.WARP if _ti.is_on_gpu() else 1,
             )
         _ti.read(there, table)
         _ti.read(ended, outcomes)

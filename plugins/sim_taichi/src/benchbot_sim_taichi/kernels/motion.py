@@ -1,5 +1,8 @@
 # mypy: ignore-errors
-"""Whole actions of many robots in one launch, a robot each thread: steering, drive, contact, and coming to rest.
+"""Whole actions of many robots in one launch: steering, drive, contact, and coming to rest.
+
+On a processor each thread moves a robot. On a GPU the threads of a warp do the same for one robot, and share the edges
+that are searched for the nearest: what a robot does near a wall is a chain of thousands of such searches.
 
 `benchbot.plugins.simulation.many_motion` does the same with arrays of numpy, and says where it is written for one
 robot. Operations are in its order and in 64 bits, so that results on a processor are its own to the last bit (compiled
@@ -79,6 +82,8 @@ MAP_STRIDE = 6
 """Of each world: first column and row, columns, rows, the number of its first cell, and of that with all edges."""
 OUTCOMES = ("reached", "blocked", "collided", "timeout")
 REACHED, BLOCKED, COLLIDED_END, TIMEOUT = range(len(OUTCOMES))
+WARP = 32
+HALVES = (16, 8, 4, 2, 1)
 
 
 @ti.func
@@ -91,8 +96,11 @@ def distance_m(
     near: ti.template(),
     edges: ti.template(),
     numbers: ti.template(),
+    thread,
+    shared: ti.template(),
+    threads: ti.template(),
 ):
-    """Distance from a point to the nearest edge of a world."""
+    """Distance from a point to the nearest edge of a world, searched by `threads` of a block that all call it."""
     at = world * MAP_STRIDE
     column = ti.cast(ti.floor(x / numbers[CELL_SIZE_M]), ti.i32) - maps[at]
     row = ti.cast(ti.floor(y / numbers[CELL_SIZE_M]), ti.i32) - maps[at + 1]
@@ -100,7 +108,8 @@ def distance_m(
     if 0 <= column < maps[at + 2] and 0 <= row < maps[at + 3]:
         cell = maps[at + 4] + row * maps[at + 2] + column
     nearest = ti.cast(1e30, ti.f64)
-    for listed in range(starts[cell], starts[cell + 1]):
+    listed = starts[cell] + thread
+    while listed < starts[cell + 1]:
         edge = near[listed] * 5
         along_x, along_y = edges[edge + 2], edges[edge + 3]
         away_x, away_y = x - edges[edge], y - edges[edge + 1]
@@ -108,6 +117,16 @@ def distance_m(
         away_x -= fraction * along_x
         away_y -= fraction * along_y
         nearest = ti.min(nearest, away_x * away_x + away_y * away_y)
+        listed += threads
+    if ti.static(threads > 1):
+        shared[thread] = nearest
+        ti.simt.block.sync()
+        for half in ti.static(HALVES):
+            if thread < half:
+                shared[thread] = ti.min(shared[thread], shared[thread + half])
+            ti.simt.block.sync()
+        nearest = shared[0]
+        ti.simt.block.sync()
     return ti.sqrt(nearest)
 
 
@@ -174,10 +193,16 @@ def execute(
     count: ti.i32,
     total: ti.i32,
     stops_before_contact: ti.i32,
+    threads: ti.template(),
 ):
-    """Execute an action of `count` of `total` robots; `states` has a row of each kind, with a value of each robot."""
-    ti.loop_config(block_dim=8)
-    for lane in range(count):
+    """Execute an action of `count` of `total` robots; `states` has a row of each kind, with a value of each robot.
+
+    `threads` is how many move one robot: 1 on a processor, WARP on a GPU.
+    """
+    ti.loop_config(block_dim=WARP)
+    for index_of_thread in range(count * threads):
+        lane, thread = index_of_thread // threads, index_of_thread % threads
+        shared = ti.simt.block.SharedArray((WARP,), ti.f64) if ti.static(threads > 1) else 0
         robot = robots[lane]
         world = worlds[robot]
         nothing = ti.cast(0.0, ti.f64)
@@ -189,6 +214,8 @@ def execute(
         known_m = states[KNOWN_CLEARANCE * total + robot]
         collided = states[COLLIDED * total + robot] != 0.0
         period_s = numbers[PERIOD_S]
+        if ti.static(threads > 1):
+            ti.simt.block.sync()  # until all have read what the first of them writes
 
         start_sin, start_cos = ti.sin(yaw / 2.0), ti.cos(yaw / 2.0)
         start_yaw = believed_yaw(start_sin, start_cos)
@@ -280,7 +307,10 @@ def execute(
                         is_checked = 0
                     else:
                         known_x, known_y = x, y
-                        known_m = distance_m(world, x, y, maps, starts, near, edges, numbers) - numbers[RADIUS_M]
+                        known_m = (
+                            distance_m(world, x, y, maps, starts, near, edges, numbers, thread, shared, threads)
+                            - numbers[RADIUS_M]
+                        )
                         if known_m > reach_m:
                             is_checked = 0
 
@@ -321,7 +351,9 @@ def execute(
                         free_m = known_m - ti.sqrt(away_x * away_x + away_y * away_y)
                         if not free_m > 0.0:
                             known_x, known_y = next_x, next_y
-                            known_m = distance_m(world, next_x, next_y, maps, starts, near, edges, numbers)
+                            known_m = distance_m(
+                                world, next_x, next_y, maps, starts, near, edges, numbers, thread, shared, threads
+                            )
                             known_m -= numbers[RADIUS_M]
                             free_m = known_m
                         if free_m < 0.0:
@@ -331,7 +363,19 @@ def execute(
                                 while ti.sqrt(away_x * away_x + away_y * away_y) > numbers[CONTACT_TOLERANCE_M]:
                                     known_x, known_y = (new_x + next_x) / 2.0, (new_y + next_y) / 2.0
                                     middle_yaw = (new_yaw + next_yaw) / 2.0
-                                    known_m = distance_m(world, known_x, known_y, maps, starts, near, edges, numbers)
+                                    known_m = distance_m(
+                                        world,
+                                        known_x,
+                                        known_y,
+                                        maps,
+                                        starts,
+                                        near,
+                                        edges,
+                                        numbers,
+                                        thread,
+                                        shared,
+                                        threads,
+                                    )
                                     known_m -= numbers[RADIUS_M]
                                     if known_m < 0.0:
                                         next_x, next_y, next_yaw = known_x, known_y, middle_yaw
