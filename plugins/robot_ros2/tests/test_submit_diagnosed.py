@@ -12,7 +12,7 @@ import pytest
 
 from benchbot.core.declarations import schema
 from plugins.record_mcap.tests.bags import by_rosbags
-from plugins.robot_ros2.tests.unicycle import BY_TRUTH, arm_declaration, declaration, unicycle, until
+from plugins.robot_ros2.tests.unicycle import BY_TRUTH, MOUNTS, arm_declaration, declaration, unicycle, until
 from tests.plugin_factory import DECLARES, PluginFactory
 
 Document = dict[str, Any]
@@ -29,7 +29,6 @@ benchbot.step("move_distance", distance=0.1)
 with open(os.environ["BENCHBOT_RESULT"], "w") as file:
     json.dump(benchbot.empty_results(), file)
 """
-STATIC = {"camera": ["base_link", 0.1, 0, 0.5, 0], "lidar": ["base_link", 0.05, 0, 0.3, 0]}
 
 
 class Submission:
@@ -107,7 +106,7 @@ def test_an_arm_is_moved_by_a_solution_and_recorded(submit: Submission) -> None:
     (submit.folder / "hall" / "robots" / "unicycle.yaml").write_text(json.dumps(robot | {"runs_in": ["real"]}))
     (submit.folder / "hall" / "tasks" / "walk.yaml").write_text(ARM_TASK.replace("reach", "walk"))
     recorders = ("--record", "mcap=bag", "--record", "steps=steps")
-    with unicycle(arm=True) as there:
+    with unicycle(arm=True, mounts=MOUNTS) as there:
         done = submit(*recorders, solution=REACHING)
         assert done.returncode == 0, done.stderr
         joints = there.state["joints"]
@@ -127,13 +126,13 @@ BROKEN: list[tuple[str, Document, str, str]] = [
     ("the scanner turned round", {"scanner_yaw_deg": 180.0}, "laser and depth", "Turned by 180 degrees"),
     (
         "the scanner declared otherwise than its URDF says",
-        {"mounts": STATIC | {"lidar": ["base_link", 0.05, 0, 0.3, 180]}},
+        {"mounts": MOUNTS | {"lidar": ["base_link", 0.05, 0, 0.3, 0, 0, 180]}},
         "frame lidar",
         "180.0 degrees from where the transforms put it",
     ),
     (
         "transforms in two pieces",
-        {"mounts": STATIC | {"lidar": ["mast", 0, 0, 0.3, 0], "camera": ["base_link", 0.1, 0, 0.5, 0]}},
+        {"mounts": MOUNTS | {"lidar": ["mast", 0, 0, 0.3, 0, 0, 0]}},
         "frame lidar",
         "they are in two trees",
     ),
@@ -146,7 +145,7 @@ BROKEN: list[tuple[str, Document, str, str]] = [
 def test_a_broken_robot_is_refused_before_it_moves(
     submit: Submission, options: Document, finding: str, says: str
 ) -> None:
-    with unicycle(**{"depth": 1.0, "wall_x_m": 3.0, "off_start_m": 0.01, **options}) as robot:
+    with unicycle(**{"depth": 1.0, "wall_x_m": 3.0, "off_start_m": 0.01, "mounts": MOUNTS, **options}) as robot:
         done = submit()
         state = robot.state
 
@@ -160,7 +159,7 @@ def test_a_broken_robot_is_refused_before_it_moves(
 
 
 def test_it_is_driven_all_the_same_when_told_so_and_the_result_says_it(submit: Submission) -> None:
-    with unicycle(depth=1.0, wall_x_m=3.0, scanner_yaw_deg=180.0) as robot:
+    with unicycle(depth=1.0, wall_x_m=3.0, mounts=MOUNTS, scanner_yaw_deg=180.0) as robot:
         done = submit("--despite", "laser and depth")
         assert robot.state["moved_s"] is not None
 
@@ -172,7 +171,7 @@ def test_it_is_driven_all_the_same_when_told_so_and_the_result_says_it(submit: S
 
 def test_a_robot_that_is_well_is_driven_and_what_is_worth_a_look_is_printed(submit: Submission) -> None:
     odd = {"reliability": {"/scan": "best_effort"}, "stamp_offset_s": {"/odom": 0.5, "/truth": 0.5}}
-    with unicycle(depth=1.0, wall_x_m=3.0, **odd):
+    with unicycle(depth=1.0, wall_x_m=3.0, mounts=MOUNTS, **odd):
         done = submit()
 
     assert done.returncode == 0, done.stderr
@@ -201,7 +200,7 @@ CHANGES_FRAME = SOLUTION.replace(
 
 
 def test_a_message_in_another_frame_keeps_its_own_remedy(submit: Submission) -> None:
-    with unicycle(depth=1.0, wall_x_m=3.0) as robot, ThreadPoolExecutor() as elsewhere:
+    with unicycle(depth=1.0, wall_x_m=3.0, mounts=MOUNTS) as robot, ThreadPoolExecutor() as elsewhere:
         submitted = elsewhere.submit(submit, solution=CHANGES_FRAME)
         until((submit.folder / "go").exists, 60.0)
         robot.set(frames={"/scan": "lidar_2"})

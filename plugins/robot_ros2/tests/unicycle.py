@@ -15,6 +15,8 @@ from benchbot_robot_ros2.driver import Ros2Driver
 from benchbot_robot_ros2.names import KEYS
 
 PATIENCE_S = 90.0
+MOUNTS = {"camera": ["base_link", 0.1, 0, 0.5, -90, 0, -90], "lidar": ["base_link", 0.05, 0, 0.3, 0, 0, 0]}
+"""What `unicycle(mounts=MOUNTS)` publishes: the sensors where they are declared, as most robots do."""
 COLLISION = {"ros_topic": "/collision", "ros_type": "std_msgs/msg/Bool"}
 
 

@@ -39,6 +39,8 @@ from std_msgs.msg import Bool, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
+from benchbot.core.geometry import Pose
+
 DEFAULTS: dict[str, Any] = {
     "namespace": "",  # of its topics and services, all but /clock
     "remap": {},  # by ROS 2
@@ -75,7 +77,7 @@ DEFAULTS: dict[str, Any] = {
     "scanner_yaw_deg": 0.0,  # how the scanner is really mounted
     "depth": None,  # publishes 32FC1 pictures on /depth, and how many units a metre has in them
     "depth_rows": 96,  # of these pictures
-    "mounts": {},  # what /tf_static says: [parent, x, y, z, yaw_deg] by frame
+    "mounts": {},  # what /tf_static says: [parent, x, y, z, roll_deg, pitch_deg, yaw_deg] by frame
     "arm": False,  # publishes /joint_states, and listens to /arm/commands and /gripper/commands
     "joints": ["wheel", "finger_2", "elbow", "shoulder", "finger_1"],  # that /joint_states tells of
     "states_every": 2,  # how many ticks of 0.02 s lie between two of these
@@ -356,12 +358,12 @@ class Robot:
 
     def mounts(self) -> TFMessage:
         told = []
-        for frame, (parent, x, y, z, yaw_deg) in self.options["mounts"].items():
+        for frame, (parent, x, y, z, *rpy_deg) in self.options["mounts"].items():
             one = TransformStamped(child_frame_id=frame)
             one.header.frame_id = parent
             one.transform.translation.x, one.transform.translation.y, one.transform.translation.z = x, y, z
-            yaw = math.radians(yaw_deg)
-            one.transform.rotation.z, one.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+            turned = one.transform.rotation
+            turned.x, turned.y, turned.z, turned.w = Pose.from_xyz_rpy_deg((x, y, z), rpy_deg).rotation_xyzw
             told.append(one)
         return TFMessage(transforms=told)
 

@@ -72,6 +72,23 @@ def test_only_what_the_driver_would_not_take_is_broken(
     assert only(message_checks.freshness(seen, Timing(), simulated=simulated)).level is level
 
 
+def test_a_topic_that_came_regularly_and_stopped_is_told() -> None:
+    ended_ns = 102 * SECOND
+    assert message_checks.stopped(stream(), ended_ns) is None
+    finding = message_checks.stopped(stream(), ended_ns + 3 * SECOND)
+    assert finding is not None
+    assert finding.level is Level.WARNING
+    assert "not in the last 3.1 s" in finding.detail
+
+
+def test_what_comes_by_event_has_not_stopped() -> None:
+    later_ns = 200 * SECOND
+    assert message_checks.stopped(stream(role="e_stop"), later_ns) is None
+    assert message_checks.stopped(stream(role="dead_man", wanted_hz=2.0), later_ns) is not None
+    seldom = stream(hz=0.5)
+    assert message_checks.stopped(seldom, seldom.arrivals_ns[-1][0] + 5 * SECOND) is None
+
+
 def test_clocks_that_differ_are_mended_with_chrony() -> None:
     assert "chrony" in only(message_checks.freshness(stream(age_s=30), Timing(), simulated=False)).fix
 

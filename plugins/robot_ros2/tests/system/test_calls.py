@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from plugins.robot_ros2.tests.system.chain import strike, submission, until_under_way
-from plugins.robot_ros2.tests.unicycle import unicycle, until
+from plugins.robot_ros2.tests.unicycle import MOUNTS, unicycle, until
 from tests.command_line import CommandLine
 
 Declared = Callable[..., CommandLine]
@@ -15,7 +15,7 @@ Declared = Callable[..., CommandLine]
 @pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "killed"])
 def test_the_guard_calls_them_once_the_robot_rests(declared: Declared, stopped: bool) -> None:
     cli = declared(before=[{"ros_service": "/claim"}], after=[{"ros_service": "/release"}])
-    with unicycle() as robot, submission(cli) as submitted:
+    with unicycle(mounts=MOUNTS) as robot, submission(cli) as submitted:
         until_under_way(robot, submitted)
         if stopped:
             assert cli("stop").returncode == 0

@@ -20,11 +20,11 @@ from plugins.robot_ros2.tests.system.chain import (
     submission,
     until_under_way,
 )
-from plugins.robot_ros2.tests.unicycle import PATIENCE_S, Unicycle, unicycle, until
+from plugins.robot_ros2.tests.unicycle import MOUNTS, PATIENCE_S, Unicycle, unicycle, until
 from tests.command_line import CommandLine, wait_for
 
 Declared = Callable[..., CommandLine]
-ROBOT = {"simulated": True, "motion_pace": 0.25}
+ROBOT = {"simulated": True, "motion_pace": 0.25, "mounts": MOUNTS}
 ATTENDED = {"timing": {"heartbeat_timeout_s": 0.5}}
 
 
@@ -198,7 +198,7 @@ def test_the_solution_is_killed(declared: Declared) -> None:
 
 def test_the_robot_is_killed(declared: Declared) -> None:
     with (
-        unicycle() as robot,
+        unicycle(mounts=MOUNTS) as robot,
         submission(declared(timing={"feedback_timeout_s": 0.7})) as submitted,
     ):
         until_under_way(robot, submitted)

@@ -9,7 +9,7 @@ import pytest
 from benchbot.core.errors import ExitCode
 from plugins.robot_ros2.tests.system.chain import STAYS_S, assert_stays, has_passed, strike, submission, until_under_way
 from plugins.robot_ros2.tests.system.private_network import CABLE_DOWN, CABLE_UP, Network, two_networks
-from plugins.robot_ros2.tests.unicycle import unicycle, until
+from plugins.robot_ros2.tests.unicycle import MOUNTS, unicycle, until
 from plugins.robot_ros2.tests.unicycle_robot import ACCELERATION_MPS2, COMMAND_TIMEOUT_S
 from tests.command_line import CommandLine
 
@@ -37,7 +37,7 @@ def test_the_base_stops_by_itself_and_the_robot_stays_stopped(
         for name, value in network.items():
             monkeypatch.setenv(name, value)
         prefix = (*host.prefix, "env", f"--chdir={cli.folder}")
-        with unicycle(*there.prefix) as robot, submission(cli, prefix=prefix) as submitted:
+        with unicycle(*there.prefix, mounts=MOUNTS) as robot, submission(cli, prefix=prefix) as submitted:
             until_under_way(robot, submitted)
             strike(robot, run=CABLE_DOWN)
             until(has_passed(robot, CUT_S))

@@ -16,11 +16,11 @@ from plugins.robot_ros2.tests.system.chain import (
     submission,
     until_under_way,
 )
-from plugins.robot_ros2.tests.unicycle import PATIENCE_S, unicycle, until
+from plugins.robot_ros2.tests.unicycle import MOUNTS, PATIENCE_S, unicycle, until
 from tests.command_line import CommandLine, wait_for
 
 Declared = Callable[..., CommandLine]
-ROBOT = {"simulated": True, "motion_pace": 0.25}
+ROBOT = {"simulated": True, "motion_pace": 0.25, "mounts": MOUNTS}
 E_STOP = {"e_stop": {"ros_topic": "/e_stop", "ros_type": "std_msgs/msg/Bool"}}
 DEAD_MAN = {"dead_man": {"ros_topic": "/dead_man", "ros_type": "std_msgs/msg/Bool", "timeout_s": 1.0}}
 
@@ -89,7 +89,7 @@ def test_a_submission_is_stopped_from_another_terminal(declared: Declared, light
 def test_a_solution_that_hangs_leaves_the_robot_at_rest_until_its_time_is_up(declared: Declared) -> None:
     options = (*SELECTION, "--timeout", "40")
     with (
-        unicycle(simulated=True) as robot,
+        unicycle(simulated=True, mounts=MOUNTS) as robot,
         submission(declared(use_sim_time=True), *options, solution=WALK_AND_HANG) as submitted,
     ):
         until(lambda: "hanging" in submitted.said)

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable
 
 from plugins.robot_ros2.tests.system.chain import submission, until_under_way
-from plugins.robot_ros2.tests.unicycle import PATIENCE_S, unicycle, until
+from plugins.robot_ros2.tests.unicycle import MOUNTS, PATIENCE_S, unicycle, until
 from tests.command_line import CommandLine
 
 Declared = Callable[..., CommandLine]
@@ -16,7 +16,7 @@ def test_a_run_that_a_person_interrupts_ends_well_and_says_for_how_long(declared
         safety={"take_over": JOYSTICK},
         localisation={"by": "topic", "ros_topic": "/truth", "ros_type": "nav_msgs/msg/Odometry"},
     )
-    with unicycle() as robot, submission(cli) as submitted:
+    with unicycle(mounts=MOUNTS) as robot, submission(cli) as submitted:
         until_under_way(robot, submitted)
         robot.set(hand=[-0.3, 0.0])
         until(lambda: robot.state["backwards_m"] > 0.3)

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec
@@ -9,6 +10,7 @@ from benchbot_robot_ros2 import battery, callbacks, obstacles, ros, signals, tra
 from benchbot_robot_ros2.declaration import Ros2Robot, Topic
 from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, sensor_agreement, transform_checks
 from benchbot_robot_ros2.doctor.live_watch import Stream
+from benchbot_robot_ros2.doctor.settled import Settling
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 from benchbot_robot_ros2.provenance import discovery_range
 
@@ -26,6 +28,7 @@ RANGES = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
 def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
     """Look at the declared robot for `spec.options["seconds"]` (default 5) and yield what works and what does not.
 
+    The look ends earlier when all is well and `settled` says so; what is wrong or missing has all of the time.
     Without that option a slow topic has as long for its first message as in a run, `driver.timing.wait_s`. Nothing is
     commanded: the robot does not move. Raises BenchbotError when the declaration itself is wrong.
     """
@@ -38,31 +41,61 @@ def diagnose(spec: PlatformSpec) -> Iterator[Finding]:
     yield from surroundings
     if any(finding.level is Level.BROKEN for finding in surroundings):
         return
-    simulated = robot.settings.use_sim_time
-    with ros.running_node("benchbot_doctor", use_sim_time=simulated, graph=robot.graph) as node:
+    with ros.running_node("benchbot_doctor", use_sim_time=robot.settings.use_sim_time, graph=robot.graph) as node:
         found = live_watch.others(node, seconds)
         if not found:
             yield _nobody(robot.graph)
             return
         yield Finding(Level.OK, "graph", f"{len(found)} other node{'s' * (len(found) != 1)}: {_some(found)}")
-        tree = transforms.listen(node, topics=robot.graph.transforms)
-        publisher = VelocityPublisher(node, robot.command, robot.base_frame)
-        began_ns = node.get_clock().now().nanoseconds
-        patience_s = seconds if "seconds" in spec.options else max(seconds, robot.settings.timing.wait_s)
-        streams = live_watch.watch(node, list(live_watch.uses(robot)), seconds, patience_s)
-        clock = list(_clock(node, robot.graph.clock, simulated=simulated, began_ns=began_ns))
-        yield from clock
-        yield from _topics(node, robot, streams, patience_s, timed=all(f.level is not Level.BROKEN for f in clock))
-        yield from _observations(robot, tree, streams)
-        published = any(map(node.count_publishers, robot.graph.transforms))
-        yield from transform_checks.check(robot, tree, published=published)
-        yield from graph_checks.velocity(node, robot, publisher, seconds)
-        yield from graph_checks.arm(node, robot)
-        yield from graph_checks.safety_devices(robot.settings.safety)
-        yield from _devices(robot, streams)
-        yield from graph_checks.return_to_start(node, robot)
-        yield from graph_checks.navigation(node, robot)
-        yield from graph_checks.calls(node, robot)
+        seen = _Seen(
+            robot,
+            node,
+            transforms.listen(node, topics=robot.graph.transforms),
+            VelocityPublisher(node, robot.command, robot.base_frame),
+            node.get_clock().now().nanoseconds,
+            seconds=seconds,
+            patience_s=seconds if "seconds" in spec.options else max(seconds, robot.settings.timing.wait_s),
+        )
+        # What is not declared does not change by looking.
+        undeclared = list(graph_checks.safety_devices(robot.settings.safety))
+
+        def fine(streams: list[Stream]) -> bool:
+            return all(finding.level is Level.OK or finding in undeclared for finding in _findings(seen, streams))
+
+        settling = Settling(node, robot, seconds, fine)
+        wanted = list(live_watch.uses(robot))
+        yield from _findings(seen, live_watch.watch(node, wanted, seconds, seen.patience_s, settling.over))
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A robot, the node that looks at it, and for how long at most."""
+
+    robot: Ros2Robot
+    node: "Node"
+    tree: "TransformTree | None"
+    publisher: VelocityPublisher
+    began_ns: int
+    seconds: float
+    patience_s: float
+
+
+def _findings(seen: _Seen, streams: list[Stream]) -> Iterator[Finding]:
+    """Yield what is to be said of what was seen until now."""
+    robot, node, tree = seen.robot, seen.node, seen.tree
+    clock = list(_clock(node, robot.graph.clock, simulated=robot.settings.use_sim_time, began_ns=seen.began_ns))
+    yield from clock
+    yield from _topics(node, robot, streams, seen.patience_s, timed=all(f.level is not Level.BROKEN for f in clock))
+    yield from _observations(robot, tree, streams)
+    published = any(map(node.count_publishers, robot.graph.transforms))
+    yield from transform_checks.check(robot, tree, published=published)
+    yield from graph_checks.velocity(node, robot, seen.publisher, seen.seconds)
+    yield from graph_checks.arm(node, robot)
+    yield from graph_checks.safety_devices(robot.settings.safety)
+    yield from _devices(robot, streams)
+    yield from graph_checks.return_to_start(node, robot)
+    yield from graph_checks.navigation(node, robot)
+    yield from graph_checks.calls(node, robot)
 
 
 def environment(graph: ros.Graph = ros.HERE) -> Iterator[Finding]:
@@ -132,6 +165,8 @@ def _topics(node: "Node", robot: Ros2Robot, streams: list[Stream], seconds: floa
         if timed:
             settings = robot.settings
             yield from message_checks.freshness(stream, settings.timing, simulated=settings.use_sim_time)
+            if (end := message_checks.stopped(stream, node.get_clock().now().nanoseconds)) is not None:
+                yield end
         yield from message_checks.frame(stream, robot.base_frame)
         if (rival := graph_checks.rivals(node, stream)) is not None:
             yield rival

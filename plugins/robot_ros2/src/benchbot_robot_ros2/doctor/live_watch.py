@@ -1,7 +1,8 @@
 """Watching a live graph for a while: which declared topics bring messages, how often and how old."""
 
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -34,12 +35,16 @@ class Use:
 
 @dataclass(eq=False)
 class Stream:
-    """The messages received on a topic: arrival times and stamps (None without one), and the last message."""
+    """The messages received on a topic: arrival times and stamps (None without one), and the last message.
+
+    The first one came at `since_s` by `time.monotonic()`.
+    """
 
     use: Use
     arrivals_ns: list[tuple[int, int | None]] = field(default_factory=list)
     last: Any = None
     error: BenchbotError | None = None
+    since_s: float = math.inf
 
     @property
     def rate_hz(self) -> float | None:
@@ -89,20 +94,31 @@ def uses(robot: Ros2Robot) -> Iterator[Use]:
 def others(node: "Node", seconds: float) -> list[str]:
     """Wait at most so long for any other node, and return the full names of those that are there."""
     deadline = time.monotonic() + seconds
-    while not (found := _names(node)) and time.monotonic() < deadline:
+    while not (found := names(node)) and time.monotonic() < deadline:
         time.sleep(POLL_S)
     return found
 
 
-def watch(node: "Node", wanted: list[Use], seconds: float, patience_s: float) -> list[Stream]:
+def names(node: "Node") -> list[str]:
+    """Return the full names of the other nodes that are known now."""
+    full_names = (f"{namespace.rstrip('/')}/{name}" for name, namespace in node.get_node_names_and_namespaces())
+    return sorted(name for name in full_names if name != node.get_fully_qualified_name())
+
+
+def watch(
+    node: "Node", wanted: list[Use], seconds: float, patience_s: float, enough: Callable[[list[Stream]], bool]
+) -> list[Stream]:
     """Subscribe to each topic as soon as it has a publisher, and return what came in after so many seconds.
 
-    For a first message on a topic that is published, as that of a slow camera, `patience_s` are waited.
+    Returns earlier when what came in is `enough`. For a first message on a topic that is published, as that of a slow
+    camera, `patience_s` are waited.
     """
     streams = [Stream(use) for use in wanted]
     waiting = list(streams)
     began_s = time.monotonic()
     while (passed_s := time.monotonic() - began_s) < seconds or (passed_s < patience_s and _slow(streams, waiting)):
+        if enough(streams):
+            break
         waiting = [stream for stream in waiting if not _subscribed(node, stream)]
         time.sleep(POLL_S)
     return streams
@@ -111,11 +127,6 @@ def watch(node: "Node", wanted: list[Use], seconds: float, patience_s: float) ->
 def _slow(streams: list[Stream], waiting: list[Stream]) -> bool:
     heard_of = (stream for stream in streams if stream not in waiting and stream.error is None)
     return any(stream.last is None and not stream.use.optional for stream in heard_of)
-
-
-def _names(node: "Node") -> list[str]:
-    full_names = (f"{namespace.rstrip('/')}/{name}" for name, namespace in node.get_node_names_and_namespaces())
-    return sorted(name for name in full_names if name != node.get_fully_qualified_name())
 
 
 def _subscribed(node: "Node", stream: Stream) -> bool:
@@ -129,6 +140,7 @@ def _subscribed(node: "Node", stream: Stream) -> bool:
         return True
 
     def received(message: Any) -> None:
+        stream.since_s = min(stream.since_s, time.monotonic())
         stream.arrivals_ns.append((node.get_clock().now().nanoseconds, messages.stamp_ns(message)))
         stream.last = message
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ OLD_FEEDBACK_S, OLD_S = 0.25, 1.0
 # Clocks that chrony keeps together differ by milliseconds; a simulated clock ticks in steps of tens of milliseconds.
 AHEAD_S = 0.02
 AHEAD_SIMULATED_S = 0.2
+# Longer silences than so are none of a busy computer's.
+STOPPED_S, STOPPED_GAPS = 1.0, 4
 INVALID_DEPTH = 0.6
 PLAUSIBLE_DEPTH_M = (0.05, 50.0)
 FINITE_RANGES = 0.1
@@ -62,6 +65,23 @@ def freshness(stream: Stream, timing: Timing, *, simulated: bool) -> Iterator[Fi
     if clean:
         age = "" if age_s is None else f", {max(age_s, 0.0) * 1e3:.0f} ms old"
         yield Finding(Level.OK, subject, f"{use.role}, {rate}{age}")
+
+
+def stopped(stream: Stream, now_ns: int) -> Finding | None:
+    """Warn when a topic came regularly, and then no more until `now_ns` of the node's time.
+
+    What comes by event is not looked at: optional topics, and devices that need not repeat themselves.
+    """
+    use, times = stream.use, [received for received, _ in stream.arrivals_ns]
+    if use.optional or (use.role in DEVICES and use.rate_hz is None) or len(times) < 3:
+        return None
+    longest_s = max(later - earlier for earlier, later in pairwise(times)) / 1e9
+    silent_s = (now_ns - times[-1]) / 1e9
+    if silent_s < max(STOPPED_S, STOPPED_GAPS * longest_s):
+        return None
+    fix = "Look at that node's log; between two computers, at the firewall and the network (docs/ros2.md)."
+    detail = f"it came each {longest_s:.2f} s at the longest, and not in the last {silent_s:.1f} s"
+    return Finding(Level.WARNING, f"topic {use.topic.ros_topic}", detail, fix)
 
 
 def frame(stream: Stream, base_frame: str) -> Iterator[Finding]:
