@@ -87,13 +87,15 @@ class EnvironmentSet(NamedTuple):
 
     `make` takes the number of one and returns a folder with `environments/`, the one declaration in it, and
     `ground_truths/`, as folders of add-ons have them. Every process that asks calls it, so it keeps what it has made.
-    It raises BenchbotError, with the fix, when an environment cannot be made.
+    It raises BenchbotError, with the fix, when an environment cannot be made. `is_made`, if given, says whether one is
+    there, without a close look: those that are not are made by several processes at once.
     """
 
     name: str
     size: int
     make: Callable[[int], "Path"]
     description: str = ""
+    is_made: Callable[[int], bool] | None = None
 
 
 class SubmissionMode(NamedTuple):

@@ -64,7 +64,7 @@ def installed(group: str = GROUP) -> list[PluginInfo]:
 
 CALLED = (
     *("create", "warm", "device", "diagnose", "evaluate", "combine", "explain"),
-    *("read", "launch", "attach", "find", "folders", "installed", "take_options", "make"),
+    *("read", "launch", "attach", "find", "folders", "installed", "take_options", "make", "is_made"),
 )
 """Fields of records that are called, of all kinds of them."""
 

@@ -1,6 +1,7 @@
 """Preflight: what would fail an episode is found before the first one, all of it at once, each with the fix."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import wait
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -47,15 +48,20 @@ class Intent:
 def scenes_of(catalog: "Catalog", environments: Iterable[str]) -> "list[Declaration]":
     """Return the scenes of environments, each once; an environment that is not known is for `select` to tell.
 
-    It tells how far it is, and whatever asks for these scenes later has them at once.
+    Those of sets are made by all processors. It tells how far it is, and whatever asks for these scenes later has them
+    at once.
     """
+    from benchbot.cli.kit.making import making
     from benchbot.cli.kit.status_line import working
     from benchbot.core import long_work
 
     found: dict[str, Declaration] = {}
-    # Those of a set are made here, which takes long.
-    with working("Making environments"):
-        for text in long_work.counted("Making environments", list(environments)):
+    texts = list(environments)
+    unmade = {text: place for text in texts if (place := catalog.unmade(text)) is not None}
+    with working("Making environments"), making(unmade) as under_way:
+        for text in long_work.counted("Making environments", texts):
+            if text in under_way:
+                wait([under_way[text]])
             with suppress(BenchbotError):
                 found |= {scene.name: scene for scene in catalog.environments(text)}
     return list(found.values())

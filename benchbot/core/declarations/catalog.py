@@ -121,6 +121,13 @@ class Catalog:
         sets = [provided.value for provided in self.plugins.pool("environment_sets").values()]
         return [f"{found.name}_1:1 to {found.name}_{found.size}:1" for found in sets]
 
+    def unmade(self, name: str) -> tuple[str, int] | None:
+        """Return the set and the number of an environment that is to be made yet, None where no set says so."""
+        provided, number = self._set_of(name)
+        if provided is None or provided.value.is_made is None or provided.value.is_made(number):
+            return None
+        return provided.value.name, number
+
     def made_ground_truth_files(self, name: str) -> tuple[Path, ...]:
         """Return the ground-truth files of an environment of a set, none of another; see `ground_truth_files`."""
         provided, number = self._set_of(name)

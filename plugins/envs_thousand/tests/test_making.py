@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 import yaml
 
+from benchbot.cli.kit import making as kit_making
+from benchbot.cli.kit.preflight import scenes_of
 from benchbot.core import plugin_manager
 from benchbot.core.declarations import schema
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.sandbox.view import hidden_paths
 from benchbot_envs_thousand import making, plugin
-from benchbot_envs_thousand.making import SPLITS, digest, lighting, make, places, write
+from benchbot_envs_thousand.making import SPLITS, digest, is_made, lighting, make, places, write
 from benchbot_scenes.compose import compose
 from benchbot_scenes.gltf import load_scene
 from tests.command_line import CommandLine
@@ -61,6 +63,20 @@ def test_a_place_is_the_same_everywhere(number: int, cache: Path) -> None:
     declared = folder / "environments" / f"thousand_{number}_1.yaml"
     schema.check(schema.read(declared), "environment", declared)
     assert [path.name for path in cache.iterdir()] == [str(number)]
+
+
+def test_places_that_are_made_by_several_processes_at_once_are_the_same(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kit_making, "processors", lambda: 2)
+    assert [is_made(number) for number in EACH] == [False] * 3
+    found = scenes_of(Catalog(plugin_manager.load()), [f"thousand_{number}:1" for number in EACH])
+
+    assert [scene.name for scene in found] == [f"thousand_{number}:1" for number in EACH]
+    assert {path.name: digest(path, int(path.name)) for path in cache.iterdir()} == {
+        str(number): places()[number].sha256 for number in EACH
+    }
+    assert [is_made(number) for number in EACH] == [True] * 3
 
 
 def test_the_scene_that_a_place_comes_with_is_that_of_its_layout(tmp_path: Path) -> None:

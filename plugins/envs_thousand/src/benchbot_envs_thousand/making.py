@@ -48,7 +48,7 @@ def make(number: int) -> Path:
     Raises BenchbotError when it comes out other than it was frozen, or cannot be written.
     """
     place = places()[number]
-    folder = cache_dir() / "places" / NAME / str(number)
+    folder = _folder(number)
     try:
         if digest(folder, number) != place.sha256:
             folder.parent.mkdir(parents=True, exist_ok=True)
@@ -60,6 +60,15 @@ def make(number: int) -> Path:
             "Make the folder writable, or name another in the environment variable BENCHBOT_CACHE_DIR.",
         ) from error
     return folder
+
+
+def is_made(number: int) -> bool:
+    """Return whether a place is in the user's cache; `make` finds out whether it is as it was frozen."""
+    return _folder(number).exists()
+
+
+def _folder(number: int) -> Path:
+    return cache_dir() / "places" / NAME / str(number)
 
 
 def _make(place: Place, folder: Path) -> None:

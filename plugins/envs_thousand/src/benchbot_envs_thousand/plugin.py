@@ -17,6 +17,7 @@ def benchbot_environment_sets() -> Iterator[EnvironmentSet]:
         1000,
         target("benchbot_envs_thousand.making:make"),
         "Generated apartments, houses, offices and companies of one to eight rooms.",
+        target("benchbot_envs_thousand.making:is_made"),
     )
 
 
