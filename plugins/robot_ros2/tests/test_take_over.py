@@ -27,15 +27,15 @@ def robot(**driver: Any) -> dict[str, Any]:
 
 
 @contextmanager
-def in_the_middle(there: Unicycle, *phases: dict[str, Any]) -> Iterator[None]:
-    """Let a person take the robot over once it has come 0.3 m, for some seconds of each phase, and give it back."""
+def in_the_middle(there: Unicycle, *phases: dict[str, Any], held_s: float = 6.0) -> Iterator[None]:
+    """Let a person take the robot over once it has come 0.3 m, for as long in each phase, and give it back."""
 
     def takes() -> None:
         until(lambda: there.state["x"] > 0.3)
         try:
             for phase in phases:
                 there.set(**phase)
-                until(has_passed(there, HELD_S / len(phases)))
+                until(has_passed(there, held_s / len(phases)))
         finally:
             there.set(hand=None)
 
@@ -57,7 +57,7 @@ def test_the_action_waits_and_goes_on_to_the_same_goal_and_its_time_does_not_run
     declared = robot(localisation=BY_TRUTH)
     with unicycle() as there, driver(declared, tmp_path) as platform:
         platform.load(scene(), 0)
-        with in_the_middle(there, {"hand": (-0.3, 0.0)}, {"hand": (0.0, 0.0)}):
+        with in_the_middle(there, {"hand": (-0.3, 0.0)}, {"hand": (0.0, 0.0)}, held_s=HELD_S):
             assert walk(platform, declared, 1.2) is Outcome.REACHED
         assert there.state["x"] == pytest.approx(1.2, abs=0.02)
         assert there.state["backwards_m"] > 0.2
