@@ -48,6 +48,21 @@ def book(extent_m: Sequence[float], seed: int = 0) -> Model:
     return fit_to_box((Part(outside, cloth), Part(merge(rims), lining), Part(block, sheets)), extent_m, may_turn=False)
 
 
+def book_row(extent_m: Sequence[float], seed: int = 0) -> Model:
+    """Eight books standing side by side along y, of different heights and thicknesses."""
+    rng = np.random.default_rng(seed)
+    depth, width, height = extent_m
+    shares = rng.uniform(0.6, 1.5, 8)
+    parts: list[Part] = []
+    side = -width / 2
+    for number, thickness in enumerate(shares / shares.sum() * width):
+        tall, deep = height * rng.uniform(0.8, 1.0), depth * rng.uniform(0.85, 1.0)
+        one = book((deep, thickness * 0.97, tall), seed + number)
+        parts += placed(one, ((depth - deep) / 2, side + thickness / 2, tall / 2))
+        side += thickness
+    return fit_to_box(tuple(parts), extent_m, may_turn=False)
+
+
 def book_stack(extent_m: Sequence[float], seed: int = 0) -> Model:
     """Four books lying on one another, a little askew."""
     rng = np.random.default_rng(seed)

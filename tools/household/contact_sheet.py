@@ -1,6 +1,7 @@
 """`python -m tools.household.contact_sheet FOLDER | PICTURE.jpg ID …`: pictures of all models.
 
-Each model is scaled to one size and stands in the sun on a pale floor before a wall. Needs benchbot-sim-taichi.
+Each model is scaled to one size and stands in the sun on a pale floor before a wall; `chair_spindle~7` is one in a
+variation. Needs benchbot-sim-taichi.
 """
 
 from __future__ import annotations
@@ -18,12 +19,16 @@ from PIL import Image, ImageDraw, ImageFont
 
 import benchbot_assets_household
 from benchbot_scenes.catalogue import AssetModel, load_catalogue
-from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.compose import compose
+from benchbot_scenes.gltf import geometry_of
+from benchbot_scenes.gltf_file import GltfFile, split_glb
+from benchbot_scenes.layout import Layout, Placement
 from benchbot_scenes.scene import Material, SceneGeometry
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import REALTIME
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 
+_PACK = "household"
 _CELL_M, _MODEL_M = 1.9, 1.0
 _IN_STUDIO = 12
 _CAPTION_PX = 16
@@ -54,11 +59,17 @@ def _pictures(models: Sequence[AssetModel], tile_px: tuple[int, int]) -> list[Im
     """A picture of each model; all stand in one studio, side by side."""
     studio = _floor(len(models))
     for index, model in enumerate(models):
-        studio = _joined(studio, _at(load_scene(model.file), _CELL_M * index, model))
+        studio = _joined(studio, _at(_scene(model), _CELL_M * index, model))
     renderer = Renderer(studio, Lighting.from_mapping(_LIGHTING), quality=REALTIME)
     camera = Intrinsics.from_horizontal_fov(*tile_px, hfov_deg=34.0)
     views = [_camera(_CELL_M * index, model) for index, model in enumerate(models)]
     return [Image.fromarray(renderer.render(view, camera).rgb) for view in views]
+
+
+def _scene(model: AssetModel) -> SceneGeometry:
+    """A model alone, as a layout shows it."""
+    alone = Layout(_PACK, None, objects=(Placement(model.id, model.id, (0.0, 0.0, 0.0)),))
+    return geometry_of(GltfFile(*split_glb(compose(alone))))[0]
 
 
 def _caption(model: AssetModel, width_px: int) -> str:

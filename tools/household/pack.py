@@ -26,7 +26,9 @@ from tools.household.model import (
     transformed,
     triangle_count,
 )
+from tools.household.palettes import PALETTES
 from tools.household.shrink import shrink
+from tools.household.variations import varies
 
 LICENCE, AUTHOR = "BSD-3-Clause", "The BenchBot developers"
 _ENTRY_KEYS = (
@@ -52,14 +54,22 @@ def write_models(items: Iterable[Item], folder: Path) -> list[dict[str, Any]]:
 
 
 def write_catalogue(own: Iterable[Mapping[str, Any]], folder: Path) -> None:
-    """Write `folder`/catalogue.json: our own entries, and those of all other lists `folder`/models/*.json."""
+    """Write `folder`/catalogue.json: our own entries, and those of all other lists `folder`/models/*.json.
+
+    Each entry says how its model varies, see `variations`; the palettes are listed before.
+    """
     entries = [dict(entry) for entry in own]
     for path in sorted((folder / "models").glob("*.json")):
         listed = json.loads(path.read_text(encoding="utf-8"))
         entries += [{key: entry[key] for key in _ENTRY_KEYS} for entry in listed]
     entries.sort(key=lambda entry: str(entry["id"]))
+    for entry in entries:
+        entry.pop("varies", None)
+        if (found := varies(entry, folder)) is not None:
+            entry["varies"] = found
     lines = ",\n".join(f"  {json.dumps(entry)}" for entry in entries)
-    text = f'{{"name": "household", "version": 1, "models": [\n{lines}\n]}}\n'
+    palettes = ",\n".join(f"  {json.dumps(name)}: {json.dumps(groups)}" for name, groups in PALETTES.items())
+    text = f'{{"name": "household", "version": 1, "palettes": {{\n{palettes}\n}}, "models": [\n{lines}\n]}}\n'
     (folder / "catalogue.json").write_text(text, encoding="utf-8")
 
 

@@ -1,7 +1,7 @@
 """Decoration: plants, books, lamps, pictures, textiles."""
 
 from tools.household import materials, plants, small_objects, textures
-from tools.household.books import book, book_stack, magazines
+from tools.household.books import book, book_row, book_stack, magazines
 from tools.household.decor import curtain, radiator, rug
 from tools.household.item import Item
 from tools.household.model import Material, Model, rotation, transformed
@@ -45,9 +45,10 @@ ITEMS = (
     Item("plant_dracaena", "potted plant", lambda: plants.dracaena((0.70, 0.70, 1.35)), "potted plant", "floor"),
     Item("plant_snake", "potted plant", lambda: plants.snake_plant((0.34, 0.34, 0.78)), "potted plant", "floor"),
     Item("plant_cactus", "potted plant", lambda: plants.cactus((0.14, 0.14, 0.24)), "potted plant"),
-    Item("book_standing", "book", lambda: book((0.155, 0.032, 0.230), 2), "book"),
+    Item("book_standing", "standing book", lambda: book((0.155, 0.032, 0.230), 2), "book"),
     Item("book_lying", "book", lambda: _lying_book(0.16, 0.235, 0.034, 5), "book"),
     Item("book_stack", "book", lambda: book_stack((0.19, 0.26, 0.125), 3), "book", is_group=True),
+    Item("book_row", "book row", lambda: book_row((0.16, 0.28, 0.23), 1), "book", is_group=True, texture_px=96),
     Item("magazines", "book", lambda: magazines((0.28, 0.30, 0.085), 1), "book", is_group=True),
     Item(
         "clock_alarm",

@@ -48,7 +48,10 @@ ITEMS = (
         "bowl",
     ),
     Item(
-        "bottle_washing_liquid", "bottle", lambda: _forward(tableware.washing_liquid((0.075, 0.075, 0.225))), "bottle"
+        "bottle_washing_liquid",
+        "soap bottle",
+        lambda: _forward(tableware.washing_liquid((0.075, 0.075, 0.225))),
+        "bottle",
     ),
     Item(
         "bottle_wine",

@@ -11,6 +11,12 @@ from tools.household.textures.noise import Field, cloud, gradient, hex_color, mi
 
 _LONGEST_PX = 512
 _FERN = ("#4f6b43", "#5f7a4c", "#43603f", "#6d8455")
+_GEOMETRIC = (
+    ("#d9694a", "#f0d9b5", "#2f4858", "#86a397"),
+    ("#1f3044", "#e0b64a", "#f3ede0", "#a8b8c4"),
+    ("#7a3b4a", "#e7c9b5", "#4f6b5a", "#f2ece2"),
+    ("#2b2b2b", "#efe9dd", "#b5b0a5", "#c98f4e"),
+)
 _EUCALYPTUS = ("#7d8f7c", "#6c8273", "#8b9a86", "#5f7668")
 
 
@@ -65,6 +71,35 @@ def botanical(width_m: float = 0.3, height_m: float = 0.4, seed: int = 0) -> Tex
     rgb = _pixels(sheet)
     foxing = 1.0 - 0.03 * smoothstep(0.5, 2.0, cloud(rgb.shape[:2], rng, (60.0, 60.0)))
     return base_color(rgb * foxing[..., None], width_m, height_m)
+
+
+def geometric(width_m: float = 0.4, height_m: float = 0.4, seed: int = 0) -> Texture:
+    """Quarter circles, discs and halves on a grid of coloured squares; count and colours by the seed."""
+    rng = np.random.default_rng(seed + 1000)
+    sheet, draw, (wide, high) = _sheet(width_m, height_m, "#efe8d8")
+    colors = _GEOMETRIC[seed % len(_GEOMETRIC)]
+    count = 3 + seed % 3
+    step_x, step_y = wide / count, high / count
+    for column in range(count):
+        for row in range(count):
+            x, y = column * step_x, row * step_y
+            ground, shape = (colors[i] for i in rng.permutation(len(colors))[:2])
+            draw.rectangle((x, y, x + step_x, y + step_y), fill=ground)
+            match int(rng.integers(4)):
+                case 0:
+                    right, below = (int(value) for value in rng.integers(0, 2, 2))
+                    left, top = x + (right - 1) * step_x, y + (below - 1) * step_y
+                    # Angles run clockwise from the right; the arc's middle is a corner of the square.
+                    start = ((0, 90), (270, 180))[below][right]
+                    draw.pieslice((left, top, left + 2 * step_x, top + 2 * step_y), start, start + 90, fill=shape)
+                case 1:
+                    margin = 0.18 * step_x
+                    draw.ellipse((x + margin, y + margin, x + step_x - margin, y + step_y - margin), fill=shape)
+                case 2:
+                    draw.polygon([(x, y), (x + step_x, y + step_y), (x, y + step_y)], fill=shape)
+    rgb = _pixels(sheet)
+    tooth = 1.0 + 0.02 * cloud(rgb.shape[:2], rng, (2.0, 2.0))
+    return base_color(rgb * tooth[..., None], width_m, height_m)
 
 
 def _arch(draw: ImageDraw.ImageDraw, wide: float, high: float) -> None:

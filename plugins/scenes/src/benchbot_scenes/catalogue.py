@@ -3,16 +3,30 @@
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from benchbot.plugin import BenchbotError, did_you_mean, load_plugins
+from benchbot_scenes.variations import (
+    SEPARATOR,
+    VARIATIONS,
+    Palette,
+    SurfaceFinish,
+    Varying,
+    Vector,
+    read_palettes,
+    varying,
+)
 
 PLACEMENTS = ("floor", "surface", "wall", "ceiling", "opening")
 FINISHES = "finishes.glb"
 """The file of a pack's finishes, beside its catalogue."""
+LOOKS = "looks.glb"
+"""The file of the materials that the finishes of variations take their textures from, beside the catalogue."""
+
+_NUMBERS = frozenset(map(str, range(1, VARIATIONS)))
 
 
 @dataclass(frozen=True)
@@ -32,6 +46,10 @@ class AssetModel:
     Its frame has z up (in the file y up, as glTF demands) and faces +x; the origin is the middle of its box's bottom
     face. `size_m` is its box along x, y and z. `class_name` is None for what no map of objects names; `kind` says what
     it is in a word or two ("floor lamp"). What hangs on a wall has its back at x = -size_m[0] / 2.
+
+    `varies` says how its variations differ from it, if it has any. A variation is a model with an id of its own and the
+    same file: `scale` makes its `size_m` and `surfaces` of the file's, `finish` has an entry for each material of the
+    file that it changes, with textures from the file `looks`.
     """
 
     id: str
@@ -46,6 +64,35 @@ class AssetModel:
     licence: str
     author: str
     source: str
+    varies: Varying | None = None
+    looks: Path | None = None
+    scale: Vector = (1.0, 1.0, 1.0)
+    finish: tuple[SurfaceFinish | None, ...] = ()
+
+    @property
+    def base_id(self) -> str:
+        """The id without the number of a variation."""
+        return self.id if self.varies is None else self.id.partition(SEPARATOR)[0]
+
+    @property
+    def number(self) -> int:
+        """The number of the variation; 0 for the model as it is."""
+        return int(self.id.removeprefix(self.base_id).removeprefix(SEPARATOR) or 0)
+
+    def variation(self, number: int) -> "AssetModel":
+        """The variation of a number from 1 to `VARIATIONS` - 1 of a model that varies; 0 gives itself."""
+        if self.varies is None or number == 0:
+            return self
+        scale = self.varies.scale(self.id, number)
+        x, y, z = (round(length * factor, 4) for length, factor in zip(self.size_m, scale, strict=True))
+        return replace(
+            self,
+            id=f"{self.id}{SEPARATOR}{number}",
+            size_m=(x, y, z),
+            surfaces=tuple(_scaled(surface, scale) for surface in self.surfaces),
+            scale=scale,
+            finish=self.varies.finish(number),
+        )
 
 
 @dataclass(frozen=True)
@@ -57,15 +104,25 @@ class Catalogue:
     finishes: Path | None = None
 
     def model(self, model_id: str) -> AssetModel:
-        """Raises BenchbotError when the pack has no such model."""
-        try:
+        """The model of an id, or the variation of one: `chair~7`. Raises BenchbotError when the pack has none."""
+        if model_id in self.models:
             return self.models[model_id]
-        except KeyError:
+        name, _, number = model_id.partition(SEPARATOR)
+        base = self.models.get(name)
+        if base is None:
             raise BenchbotError(
                 f"The asset pack '{self.name}' has no model '{model_id}'",
-                f"It has {len(self.models)} models.{did_you_mean(model_id, list(self.models))}",
+                f"It has {len(self.models)} models.{did_you_mean(name, list(self.models))}",
                 f"Take a name from 'benchbot assets list {self.name}'.",
-            ) from None
+            )
+        if base.varies is None or number not in _NUMBERS:
+            reason = "This model has none" if base.varies is None else f"They are numbered 1 to {VARIATIONS - 1}"
+            raise BenchbotError(
+                f"The model '{name}' of the asset pack '{self.name}' has no variation '{number}'.",
+                f"{reason}; '{name}' itself is the model as it is.",
+                f"Name it '{name}'." if base.varies is None else f"Name it '{name}', or '{name}{SEPARATOR}7'.",
+            )
+        return base.variation(int(number))
 
     def of_class(self, class_name: str) -> list[AssetModel]:
         """All models of a class, sorted by id."""
@@ -117,7 +174,8 @@ def load_catalogue(path: Path) -> Catalogue:
     """Read a pack's catalogue.json; raises BenchbotError when it is missing or broken."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-        models = [_model(entry, path.parent) for entry in document["models"]]
+        palettes = read_palettes(document.get("palettes", {}))
+        models = [_model(entry, path.parent, palettes) for entry in document["models"]]
         finishes = path.with_name(FINISHES)
         return Catalogue(
             document["name"], {model.id: model for model in models}, finishes if finishes.is_file() else None
@@ -130,7 +188,7 @@ def load_catalogue(path: Path) -> Catalogue:
         ) from error
 
 
-def _model(entry: Mapping[str, Any], folder: Path) -> AssetModel:
+def _model(entry: Mapping[str, Any], folder: Path, palettes: Mapping[str, Palette]) -> AssetModel:
     x, y, z = entry["size_m"]
     return AssetModel(
         id=entry["id"],
@@ -145,6 +203,8 @@ def _model(entry: Mapping[str, Any], folder: Path) -> AssetModel:
         licence=entry["licence"],
         author=entry["author"],
         source=entry["source"],
+        varies=varying(entry["varies"], palettes) if "varies" in entry else None,
+        looks=folder / LOOKS if "varies" in entry else None,
     )
 
 
@@ -155,4 +215,13 @@ def _surface(entry: Mapping[str, Any]) -> Surface:
         (float(low[0]), float(low[1])),
         (float(high[0]), float(high[1])),
         float(entry["headroom_m"]),
+    )
+
+
+def _scaled(surface: Surface, scale: Vector) -> Surface:
+    return Surface(
+        round(surface.z_m * scale[2], 4),
+        (round(surface.low_m[0] * scale[0], 4), round(surface.low_m[1] * scale[1], 4)),
+        (round(surface.high_m[0] * scale[0], 4), round(surface.high_m[1] * scale[1], 4)),
+        round(surface.headroom_m * scale[2], 4),
     )

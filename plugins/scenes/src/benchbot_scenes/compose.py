@@ -1,6 +1,6 @@
 """Layouts composed into scenes: one glTF 2.0 binary file of a building, what fills its openings, and all objects."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,16 +10,18 @@ import numpy as np
 
 from benchbot.plugin import BenchbotError
 from benchbot_scenes import building, catalogue, fittings
-from benchbot_scenes.catalogue import Catalogue
+from benchbot_scenes.catalogue import AssetModel, Catalogue
 from benchbot_scenes.differences import Furnished, furnished, unknown_object
 from benchbot_scenes.finishes import Finishes
 from benchbot_scenes.fittings import Fitting
 from benchbot_scenes.floor_plan import FloorPlan, floor_plan
-from benchbot_scenes.glb_writer import GlbWriter, Matrix, MeshNode, to_file_frame
+from benchbot_scenes.glb_writer import Change, Entry, GlbWriter, Inclusion, Matrix, MeshNode, to_file_frame
 from benchbot_scenes.gltf import Y_UP_TO_Z_UP, load_scene
 from benchbot_scenes.gltf_file import BROKEN, GltfFile, UnsupportedError, split_glb
 from benchbot_scenes.layout import Layout, Move
+from benchbot_scenes.looks import Looks
 from benchbot_scenes.placing import Placed, moved, place, turned
+from benchbot_scenes.variations import SurfaceFinish
 
 MOUNTED = ("wall", "ceiling", "opening")
 """Placements that need nothing below them."""
@@ -41,7 +43,8 @@ class Recipe:
     def files(self) -> list[Path]:
         """The files that it is made from, each once, sorted."""
         models = [*(fitting.model for fitting in self.fittings), *(placed.model for placed in self.objects)]
-        others = {path for path in (self.furnished.finished, self.finishes) if path is not None}
+        looks = {model.looks for model in models if model.finish}
+        others = {path for path in (self.furnished.finished, self.finishes, *looks) if path is not None}
         return sorted({model.file for model in models} | others)
 
 
@@ -78,7 +81,7 @@ def recipe(layout: Layout, catalogues: Mapping[str, Catalogue] | None = None, as
 def cook(made_of: Recipe) -> bytes:
     """Write a recipe's scene."""
     writer = GlbWriter()
-    models: dict[Path, _Model] = {}
+    models = _Models(writer)
     scene = made_of.furnished
     if scene.finished is not None:
         _add_finished(writer, scene.finished, scene, {placed.name for placed in made_of.objects})
@@ -88,43 +91,60 @@ def cook(made_of: Recipe) -> bytes:
             parts = [finishes.finish(name).on(mesh) for mesh, name in piece.parts]
             writer.node(piece.name, writer.mesh(parts), _tag(piece.name, None, is_group=False, is_mounted=False))
     for filling in made_of.fittings:
-        _model(writer, models, filling.model.file).add(
-            writer, filling.matrix, _tag(filling.name, None, is_group=False, is_mounted=True), filling.open_deg
-        )
+        tag = _tag(filling.name, None, is_group=False, is_mounted=True)
+        models.add(filling.model, filling.matrix, tag, filling.open_deg)
     for placed in made_of.objects:
         is_mounted = placed.model.placement in MOUNTED
         tag = _tag(placed.name, placed.class_name, is_group=placed.is_group, is_mounted=is_mounted)
-        _model(writer, models, placed.model.file).add(writer, placed.matrix, tag, 0.0)
+        models.add(placed.model, placed.matrix, tag)
     return writer.to_bytes()
 
 
-class _Model:
-    """A pack's model in the file being written."""
+class _Models:
+    """The models in the file being written; each file is taken over once, whatever its variations are finished with."""
 
-    def __init__(self, writer: GlbWriter, path: Path) -> None:
-        self._document, self._binary = _read(path)
-        with _reading(path):
-            self._nodes = writer.include(self._document, self._binary)
+    def __init__(self, writer: GlbWriter) -> None:
+        self._writer = writer
+        self._files: dict[Path, tuple[GltfFile, Inclusion]] = {}
+        self._looks: dict[Path, Looks] = {}
+        self._nodes: dict[tuple[Path, tuple[SurfaceFinish | None, ...]], list[MeshNode]] = {}
 
-    def add(self, writer: GlbWriter, matrix: Matrix, tag: dict[str, Any], open_deg: float) -> None:
-        for node in self._nodes:
+    def add(self, model: AssetModel, matrix: Matrix, tag: dict[str, Any], open_deg: float = 0.0) -> None:
+        """Put a model into the scene, a door's leaf open by `open_deg`."""
+        for node in self._taken_over(model):
             turn = np.eye(4)
             if open_deg and fittings.LEAF in node.path:
-                turn = fittings.opened(open_deg, self._points(node))
-            writer.node(tag["instance"], node.mesh, tag, to_file_frame(matrix @ turn) @ node.matrix)
+                turn = fittings.opened(open_deg, self._points(model.file, node))
+            self._writer.node(tag["instance"], node.mesh, tag, to_file_frame(matrix @ turn) @ node.matrix)
 
-    def _points(self, node: MeshNode) -> Matrix:
+    def _taken_over(self, model: AssetModel) -> list[MeshNode]:
+        key = model.file, model.finish
+        if key not in self._nodes:
+            with _reading(model.file):
+                if model.file not in self._files:
+                    document, binary = _read(model.file)
+                    file = GltfFile(document, binary)
+                    self._files[model.file] = file, self._writer.inclusion(document, binary)
+                self._nodes[key] = self._files[model.file][1].nodes(self._change(model))
+        return self._nodes[key]
+
+    def _change(self, model: AssetModel) -> Change | None:
+        if model.looks is None or not any(model.finish):
+            return None
+        looks = self._looks.setdefault(model.looks, Looks(self._writer, model.looks))
+
+        def change(number: int, entry: Entry, take: Callable[[Entry], Entry]) -> Entry | None:
+            finish = model.finish[number]
+            return None if finish is None else looks.finished(entry, finish, take)
+
+        return change
+
+    def _points(self, path: Path, node: MeshNode) -> Matrix:
         """A node's vertices (N, 3) in the model's frame (z up)."""
-        file = GltfFile(self._document, self._binary)
-        mesh = self._document["meshes"][node.entry["mesh"]]
+        file, _ = self._files[path]
+        mesh = file.document["meshes"][node.entry["mesh"]]
         points = np.concatenate([file.accessor(part["attributes"]["POSITION"]) for part in mesh["primitives"]])
         return np.asarray((points @ node.matrix[:3, :3].T + node.matrix[:3, 3]) @ Y_UP_TO_Z_UP.T)
-
-
-def _model(writer: GlbWriter, models: dict[Path, _Model], path: Path) -> _Model:
-    if path not in models:
-        models[path] = _Model(writer, path)
-    return models[path]
 
 
 def _add_finished(writer: GlbWriter, path: Path, scene: Furnished, added: set[str]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchbot.plugin import BenchbotError, did_you_mean
+from benchbot_scenes.colors import linear_color
 from benchbot_scenes.glb_writer import GlbWriter
 from benchbot_scenes.gltf_file import BROKEN, UnsupportedError, split_glb
 from benchbot_scenes.mesh import Mesh
@@ -81,12 +82,6 @@ class Finishes:
             return Finish(self._writer.material(entry), (float(width), float(height)))
         except (*BROKEN, UnsupportedError) as error:
             raise _unusable(self._path, error) from error
-
-
-def linear_color(code: str) -> list[float]:
-    """Linear sRGB in 0–1 of a web colour such as "#c8a27a" (IEC 61966-2-1)."""
-    values = [int(code[start : start + 2], 16) / 255.0 for start in (1, 3, 5)]
-    return [round(value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4, 6) for value in values]
 
 
 def _unusable(path: Path | None, error: Exception) -> BenchbotError:

@@ -53,6 +53,7 @@ def fitting(passage: Passage, catalogue: Catalogue) -> Fitting | None:
     width = (opening.width_m + 2 * _INTO_WALL_M) / model.size_m[1]
     mirror = -1.0 if opening.open_deg < 0 else 1.0
     scale = np.diag([depth, mirror * width, (height + _INTO_WALL_M) / model.size_m[2], 1.0])
+    scale = scale @ np.diag([*model.scale, 1.0])
     is_window = opening.kind == "window"
     # A door's frame is flush with the near face, so that its leaf can swing into the room.
     behind = window_offset_m(passage.depth_m, _WINDOW_FRAME_M) if is_window else min(_DOOR_FRAME_M, passage.depth_m) / 2

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -18,6 +18,11 @@ from benchbot_scenes.mesh import Mesh
 
 Matrix = npt.NDArray[np.float64]
 Entry = dict[str, Any]
+
+Change = Callable[[int, Entry, Callable[[Entry], Entry]], Entry | None]
+"""Makes another material of one of a file being taken over: of its number, its entry, and a function that takes over
+the textures that an entry refers to. None leaves it as it is.
+"""
 
 VERTICES, INDICES = 34962, 34963
 """Targets of buffer views (glTF: ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER)."""
@@ -89,13 +94,17 @@ class GlbWriter:
 
         Raises what `gltf_file.BROKEN` lists when the file is damaged, UnsupportedError for what cannot be taken over.
         """
+        return self.inclusion(document, binary).nodes()
+
+    def inclusion(self, document: Entry, binary: bytes) -> "Inclusion":
+        """Another file to take over several times, with other materials each time."""
         self._used |= dict.fromkeys(document.get("extensionsUsed", ()))
         self._required |= dict.fromkeys(document.get("extensionsRequired", ()))
-        return _Inclusion(self, document, binary).nodes()
+        return Inclusion(self, document, binary)
 
     def included_material(self, document: Entry, binary: bytes, index: int) -> Entry:
         """A material of another file, its textures taken over, to change and hand to `material`."""
-        return _Inclusion(self, document, binary).material(index)
+        return Inclusion(self, document, binary).material(index)
 
     def to_bytes(self) -> bytes:
         """The finished file, its keys sorted."""
@@ -175,39 +184,51 @@ def to_file_frame(matrix: Matrix) -> Matrix:
     return turned
 
 
-class _Inclusion:
-    """One file on its way into a writer."""
+class Inclusion:
+    """One file on its way into a writer; what was taken over before is not read again."""
 
     def __init__(self, writer: GlbWriter, document: Entry, binary: bytes) -> None:
         self._writer = writer
         self._document = document
         self._binary = binary
-        self._meshes: dict[int, int] = {}
+        self._geometry: dict[tuple[int, int], Entry] = {}
+        self._materials: dict[int, Entry] = {}
 
-    def nodes(self) -> list[MeshNode]:
+    def nodes(self, change: Change | None = None) -> list[MeshNode]:
+        """The nodes that show a mesh, with the file's materials, or with what `change` makes of them."""
+        meshes: dict[int, int] = {}
         return [
-            MeshNode(self._mesh(entry["mesh"]), matrix, entry, path)
+            MeshNode(self._mesh(entry["mesh"], meshes, change), matrix, entry, path)
             for entry, matrix, path in gltf.nodes(self._document)
             if "mesh" in entry
         ]
 
     def material(self, index: int) -> Entry:
-        taken: Entry = self._with_textures(self._document["materials"][index])
-        return taken
+        """A material with its textures taken over."""
+        if index not in self._materials:
+            self._materials[index] = self._with_textures(self._document["materials"][index])
+        return self._materials[index]
 
-    def _mesh(self, index: int) -> int:
-        if index not in self._meshes:
-            primitives = [self._primitive(entry) for entry in self._document["meshes"][index]["primitives"]]
-            self._meshes[index] = self._writer.append("meshes", {"primitives": primitives})
-        return self._meshes[index]
+    def _mesh(self, index: int, meshes: dict[int, int], change: Change | None) -> int:
+        if index not in meshes:
+            primitives = []
+            for number, entry in enumerate(self._document["meshes"][index]["primitives"]):
+                if (index, number) not in self._geometry:
+                    self._geometry[index, number] = self._primitive(entry)
+                taken = dict(self._geometry[index, number])
+                if "material" in entry:
+                    material = entry["material"]
+                    changed = change and change(material, self._document["materials"][material], self._with_textures)
+                    taken["material"] = self._writer.material(changed or self.material(material))
+                primitives.append(taken)
+            meshes[index] = self._writer.append("meshes", {"primitives": primitives})
+        return meshes[index]
 
     def _primitive(self, entry: Entry) -> Entry:
         attributes = {name: self._accessor(index) for name, index in entry["attributes"].items()}
         taken: Entry = {"attributes": attributes, "mode": entry.get("mode", 4)}
         if "indices" in entry:
             taken["indices"] = self._accessor(entry["indices"])
-        if "material" in entry:
-            taken["material"] = self._writer.material(self.material(entry["material"]))
         if is_splats(entry):  # splats, which hold no reference but attributes
             taken["extensions"] = entry["extensions"]
         return taken

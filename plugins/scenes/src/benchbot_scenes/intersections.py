@@ -41,7 +41,7 @@ def intersecting(bodies: Mapping[str, Floats], depth_m: float = DEPTH_M) -> list
 def triangles_of(placement: Placement, model: AssetModel) -> Floats:
     """The triangles (T, 3, 3) of a placed model in the map frame; those of its box when its file is not there."""
     matrix = place(placement, model).matrix
-    mesh = _mesh(model.file) if model.file.is_file() else _box(model.size_m)
+    mesh = _mesh(model.file) if model.file.is_file() else _box(model)
     moved: Floats = mesh @ matrix[:3, :3].T + matrix[:3, 3]
     return moved
 
@@ -52,8 +52,10 @@ def _mesh(file: Path) -> Floats:
     return geometry.vertices[geometry.triangles].astype(np.float64)
 
 
-def _box(size_m: tuple[float, float, float]) -> Floats:
-    corners = np.array(list(product((-0.5, 0.5), (-0.5, 0.5), (0.0, 1.0)))) * size_m
+def _box(model: AssetModel) -> Floats:
+    """The box of a model as its file would have it."""
+    size_m = np.array(model.size_m) / np.array(model.scale)
+    corners: Floats = np.array(list(product((-0.5, 0.5), (-0.5, 0.5), (0.0, 1.0)))) * size_m
     sides = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
     return corners[[half for a, b, c, d in sides for half in ((a, b, c), (a, c, d))]]
 

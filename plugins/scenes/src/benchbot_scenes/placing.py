@@ -50,8 +50,8 @@ def place(placement: Placement, model: AssetModel, other: Catalogue | None = Non
 
 
 def fill(wanted_m: npt.NDArray[np.float64], model: AssetModel) -> Matrix:
-    """The scaling that gives a model this box, whatever it does to its proportions."""
-    return np.diag([*(wanted_m / np.array(model.size_m)), 1.0])
+    """The scaling of a model's file that gives it this box, whatever it does to its proportions."""
+    return np.diag([*(wanted_m / np.array(model.size_m) * np.array(model.scale)), 1.0])
 
 
 def fit_into(wanted_m: npt.NDArray[np.float64], model: AssetModel) -> Matrix:

@@ -50,8 +50,9 @@ def _fingerprint(made_of: "Recipe") -> str:
     building = None if made_of.plan is None else repr(scene.building)
     placed = [(p.name, p.model.file.name, p.matrix.tolist(), p.class_name, p.is_group) for p in made_of.objects]
     fitted = [(f.name, f.model.file.name, f.matrix.tolist(), f.open_deg) for f in made_of.fittings]
+    finished = [(p.name, repr(p.model.finish)) for p in made_of.objects if p.model.finish]
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in made_of.files()]
-    facts = [VERSION, building, sorted(scene.removed), repr(scene.moved), placed, fitted, digests]
+    facts = [VERSION, building, sorted(scene.removed), repr(scene.moved), placed, fitted, finished, digests]
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 

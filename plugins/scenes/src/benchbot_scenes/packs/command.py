@@ -24,6 +24,7 @@ def list_(
     """List the asset packs that are installed, or the models of one."""
     from benchbot.plugin import load_plugins as load
     from benchbot_scenes.catalogue import load_catalogue
+    from benchbot_scenes.variations import VARIATIONS
 
     pool = load().pool("asset_packs")
     if pack is not None and pack not in pool:
@@ -42,7 +43,7 @@ def list_(
             origin = {"distribution": provided.distribution, "path": str(provided.value.catalogue)}
             rows.append({"name": name, **counts, **origin})
     else:
-        columns = ["id", "class", "kind", "size_m", "triangles", "licence", "author"]
+        columns = ["id", "class", "kind", "size_m", "triangles", "variations", "licence", "author"]
         models = load_catalogue(pool[pack].value.catalogue).models.values()
         rows = [
             {
@@ -52,6 +53,7 @@ def list_(
                 "placement": model.placement,
                 "size_m": list(model.size_m),
                 "triangles": model.triangles,
+                "variations": 0 if model.varies is None else VARIATIONS - 1,
                 "licence": model.licence,
                 "author": model.author,
                 "source": model.source,
