@@ -144,6 +144,7 @@ def examined(name: str, made: Generated, geometry: SceneGeometry, started_s: flo
         "objects": len(made.items),
         "labelled objects": sum(class_counts(made.items).values()),
         "models": len({item.model.id for item in made.items}),
+        "files of models": len({item.model.file for item in made.items}),
         "poses": len(made.trajectory_poses),
         "processor seconds to make": making_s,
     }

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchbot.core.errors import BenchbotError
+from benchbot_scenes.catalogue import pack as household
 from benchbot_scenes.coverage import least_room
 from benchbot_scenes.differences import furnished
 from benchbot_scenes.free_space import free_space
@@ -20,8 +22,15 @@ from benchbot_scenes.generator.kinds import FUNCTIONS, KINDS
 from benchbot_scenes.generator.plot import FLAT_M, Box, Item
 from benchbot_scenes.generator.proxy import proxy
 from benchbot_scenes.layout import read_layout, write_layout
+from benchbot_scenes.variations import FRONTS
 from benchbot_scenes.visibility import CARTER, bearings_rad, seen_from, targets, voxels
 from plugins.scenes.tests.generator.furniture import pack
+
+SETS = {
+    *("chair", "table", "fork", "knife", "cup", "wine glass", "plate", "bedside table", "table lamp", "curtain"),
+    *("pendant lamp", "ceiling lamp", "kitchen counter", "wall cupboard", "office cabinet", "radiator"),
+}
+"""What comes in sets: about a table, a bed or a window, or everywhere in a place."""
 
 PLACES = [("apartment", 4, 7), ("office", 5, 3), ("apartment", 1, 0)]
 
@@ -52,7 +61,7 @@ def test_without_a_secret_a_place_is_what_it_was() -> None:
     )
     assert (
         hashlib.sha256(layout.encode()).hexdigest()
-        == "9bf5a4f244c64e15995ab435bcecc33b72a633d9c0316c89a5fc3e0c87f27dca"
+        == "c51d7cce9fcc26d2d2f3704a414231136bf5413e1154804c028b1e985ee8d529"
     )
 
 
@@ -94,6 +103,57 @@ def test_another_seed_or_secret_gives_another_place() -> None:
     chosen = [(seed, secret) for seed in (7, 8, 2**256) for secret in ("", "ab" * 32, "ba" * 32)]
     ways = {generate(seed, "apartment", 1, pack(), secret=secret).trajectory_poses for seed, secret in chosen}
     assert len(ways) == len(chosen)
+
+
+@cache
+def furnished_place(kind: str, rooms: int, seed: int) -> Generated:
+    return generate(seed, kind, rooms, household("household"))
+
+
+VARIED = [("apartment", 3, 9001), ("house", 4, 9002), ("office", 3, 9003)]
+
+
+@pytest.mark.parametrize("chosen", VARIED, ids=lambda chosen: chosen[0])
+def test_only_what_belongs_together_is_alike(chosen: tuple[str, int, int]) -> None:
+    items = furnished_place(*chosen).items
+    counts = Counter(item.model.id for item in items)
+    alike = {item.model.class_name or item.model.kind for item in items if counts[item.model.id] > 1}
+    assert alike <= SETS
+    assert len(counts) > 0.6 * len(items)
+
+
+@pytest.mark.parametrize("chosen", VARIED, ids=lambda chosen: chosen[0])
+def test_chairs_of_a_table_are_alike(chosen: tuple[str, int, int]) -> None:
+    """At a desk there is one, at a table there are several: never of two models."""
+    items = furnished_place(*chosen).items
+    for table in items:
+        if table.model.kind in ("table", "desk"):
+            about = [item for item in items if item.model.class_name == "chair" and item.box.overlaps(table.box)]
+            assert len({chair.model.id for chair in about}) <= 1
+
+
+def test_units_of_a_kitchen_have_the_same_fronts() -> None:
+    units = [
+        item.model for item in furnished_place(*VARIED[0]).items if item.model.varies and item.model.varies.is_fitted
+    ]
+    assert len(units) >= 3
+    fronts = {
+        finish
+        for unit in units
+        for palette, finish in zip(unit.varies.palettes if unit.varies else (), unit.finish, strict=True)
+        if palette is not None and palette.name == FRONTS
+    }
+    assert len(fronts) == 1
+
+
+def test_another_time_brings_what_is_not_there_yet(tmp_path: Path) -> None:
+    before = furnished_place(*VARIED[0])
+    path = tmp_path / "place_1.yaml"
+    write_layout(path, before.layout)
+    layout = changed(before, path, 2, household("household"), removed=2, moved=2, added=6, people=1)
+    models = {placement.model for placement in layout.objects}
+    assert len(models) == len(layout.objects)
+    assert not models & {item.model.id for item in before.items}
 
 
 def test_the_way_is_clear_and_every_object_is_seen(made: Generated) -> None:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from benchbot_scenes.catalogue import AssetModel, Catalogue
-from benchbot_scenes.generator.furnish import Furnisher, Supply
+from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.generate import Generated, touches
 from benchbot_scenes.generator.plot import FLAT_M, Box, Item, Plot
+from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.layout import Layout, Move, Placement
 
 # What comes and goes in a home or an office, in the order in which it is tried.
@@ -34,7 +35,7 @@ def changed(
     on the floor beside those.
     """
     rng = np.random.default_rng([variant, len(place.items)])
-    supply = Supply(catalogue, rng)
+    supply = Supply(catalogue, rng, taken={item.model.id for item in place.items})
     rooms = [_plot(place, number, rng) for number in range(len(place.plan.spaces))]
     gone = _choose(_loose(place.items), removed, rng)
     for room in rooms:
@@ -129,7 +130,7 @@ def _standing_person(supply: Supply, rooms: Sequence[Plot], rng: np.random.Gener
     people = [model for model in supply.catalogue.of_class("person") if max(model.size_m[:2]) < 0.7]
     if not people:
         return None
-    model = people[int(rng.integers(len(people)))]
+    model = supply.varied(people[int(rng.integers(len(people)))])
     for _ in range(TRIES):
         room = rooms[int(rng.integers(len(rooms)))]
         x, y = (float(rng.uniform(room.space.low[i] + 0.4, room.space.high[i] - 0.4)) for i in (0, 1))

@@ -3,12 +3,35 @@
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.plot import Item
 
+# Where fork, knife and spoon lie beside the middle of a plate, and a cup or glass behind it.
+FORK_M, SPOON_M, BEHIND_PLATE_M = 0.18, 0.23, 0.21
+# The share of a table's length that is laid.
+WITHIN_TABLE = 0.8
+SOAP = ("soap bottle", "bottle")
+# The share of the ends of shelves where books stand in a row.
+ROWS_OF_BOOKS = 0.6
+WORKTOP = (
+    "bottle",
+    "bottle",
+    "soap bottle",
+    "cup",
+    "cup",
+    "bowl",
+    "knife",
+    "spoon",
+    "wine glass",
+    "cake",
+    "vase",
+    "tray",
+)
 FRUIT = ("apple", "orange", "banana")
 
 
 def dining(room: Furnisher, table: Item, places: int) -> None:
-    """Laid for so many, with something to eat in the middle."""
+    """Laid for so many, with plates, cutlery and cups of one set, and something to eat in the middle."""
     supply, rng = room.supply, room.plot.rng
+    kinds = ("plate", "fork", "knife", "spoon", "cup", "wine glass")
+    one_set = {kind: supply.draw(kind, placement="surface") for kind in kinds}
     room.on_top(supply.draw("bowl", placement="surface"), table, (0.0, 0.0), 0.0)
     long_y = table.size_m[1] >= table.size_m[0]
     half_across, half_along = (
@@ -18,11 +41,12 @@ def dining(room: Furnisher, table: Item, places: int) -> None:
         side = 1 if place % 2 else -1
         along = ((place // 2 + 0.5) / max(1, (places + 1) // 2) - 0.5) * 2 * half_along * 0.9
         across = side * (half_across - 0.17)
-        for kind, shift in (("fork", 0.11), ("knife", -0.11), ("wine glass" if rng.random() < 0.4 else "cup", 0.0)):
-            inward = across - side * 0.14 if kind in ("cup", "wine glass") else across
+        drink = "wine glass" if rng.random() < 0.4 else "cup"
+        for kind, shift in (("plate", 0.0), ("fork", FORK_M), ("knife", -FORK_M), ("spoon", -SPOON_M), (drink, 0.0)):
+            inward = across - side * BEHIND_PLATE_M if kind == drink else across
             spot = (inward, along + shift) if long_y else (along + shift, inward)
-            if rng.random() < 0.75:
-                room.on_top(supply.draw(kind, placement="surface"), table, spot, 0.0 if long_y else 90.0)
+            if rng.random() < 0.75 and abs(along + shift) < WITHIN_TABLE * half_along:
+                room.on_top(one_set[kind], table, spot, 0.0 if long_y else 90.0)
     for kind in ("bottle", "cake", *FRUIT):
         if rng.random() < 0.35:
             room.on_top(supply.draw(kind, placement="surface"), table)
@@ -36,7 +60,7 @@ def worktop(room: Furnisher, tops: list[Item]) -> None:
     wide = sorted(tops, key=lambda top: -top.size_m[1])
     room.on_top(supply.draw("microwave"), wide[0], turn_deg=0.0)
     room.on_top(supply.draw("toaster"), wide[min(1, len(wide) - 1)], turn_deg=0.0)
-    kinds = ["bottle", "bottle", "cup", "cup", "bowl", "knife", "spoon", "wine glass", *FRUIT, "cake", "vase"]
+    kinds = [*WORKTOP, *FRUIT]
     chosen = [kinds[i] for i in rng.permutation(len(kinds))[: int(rng.integers(5, 9))]]
     for kind in chosen:
         room.on_top(supply.draw(kind, placement="surface"), tops[int(rng.integers(len(tops)))])
@@ -67,19 +91,33 @@ def desk(room: Furnisher, table: Item, monitor: bool) -> None:
 
 
 def shelves(room: Furnisher, case: Item, most: int) -> None:
-    """Books and a few other things on the shelves of a bookcase; the lowest stays empty."""
+    """Rows of books along the shelves of a bookcase, and a few other things beside them; the lowest stays empty."""
     supply, rng = room.supply, room.plot.rng
     count = len(case.model.surfaces)
     levels = [i for i in range(1, count) if i < count - 1 or case.size_m[2] < 1.4] or [0]
+    for level in levels:
+        for side in (-1, 1):
+            row = supply.draw("book row", longest_m=0.35, placement="surface")
+            if row is not None and rng.random() < ROWS_OF_BOOKS:
+                along = side * (case.size_m[1] / 2 - row.size_m[1] / 2 - float(rng.uniform(0.05, 0.09)))
+                room.on_top(row, case, (0.0, along), 0.0, level)
     for _ in range(most):
-        kind = ("book", "book", "book", "vase", "clock", "bowl", "potted plant")[int(rng.integers(7))]
-        turn = float(rng.uniform(-6, 6)) if kind == "book" else float(rng.uniform(-20, 20))
+        kind = ("book", "standing book", "vase", "clock", "bowl", "potted plant")[int(rng.integers(6))]
+        turn = float(rng.uniform(-6, 6)) if "book" in kind else float(rng.uniform(-20, 20))
         room.on_top(
             supply.draw(kind, longest_m=0.35, placement="surface"),
             case,
             turn_deg=turn,
             surface=levels[int(rng.integers(len(levels)))],
         )
+
+
+def bathroom(room: Furnisher, shelf: Item | None) -> None:
+    """Soap, a cup and perhaps a plant on a shelf."""
+    supply, rng = room.supply, room.plot.rng
+    for kinds in (SOAP, SOAP, SOAP, ("cup",), ("potted plant",)):
+        if rng.random() < 0.65:
+            room.on_top(supply.draw(*kinds, placement="surface"), shelf, turn_deg=float(rng.uniform(-40, 40)))
 
 
 def scatter(room: Furnisher, carrier: Item | None, kinds: tuple[str, ...], chance: float = 0.6) -> None:

@@ -5,14 +5,16 @@ from benchbot_scenes.generator.furnish import Furnisher
 CURTAIN_TOP_M = 2.42
 # One ceiling lamp for so much of a room's length.
 LAMP_EVERY_M = 4.2
-PICTURE_BOTTOM_M = 1.35
+PICTURE_BOTTOM_M, CLOCK_BOTTOM_M = 1.35, 1.65
+# The share of plants that stand on stands, and of kitchens and offices with a clock on a wall.
+ON_STANDS, WALL_CLOCKS = 0.25, 0.5
 
 
 def lamps(room: Furnisher, kinds: tuple[str, ...] = ("pendant lamp", "ceiling lamp")) -> None:
     """Lamps under the ceiling, evenly along the longer side."""
     low, (size_x, size_y) = room.plot.space.low, room.plot.size_m
     columns, rows = max(1, round(size_x / LAMP_EVERY_M)), max(1, round(size_y / LAMP_EVERY_M))
-    model = room.supply.usual(*kinds)
+    model = room.supply.draw(*kinds)
     for i in range(columns):
         for j in range(rows):
             room.hung_at_ceiling(model, low[0] + (i + 0.5) * size_x / columns, low[1] + (j + 0.5) * size_y / rows)
@@ -35,7 +37,7 @@ def radiators(room: Furnisher) -> None:
 
 def curtains(room: Furnisher) -> None:
     """One at each side of every window."""
-    model = room.supply.usual("curtain")
+    model = room.supply.draw("curtain")
     if model is None:
         return
     top = min(CURTAIN_TOP_M, room.plot.height_m - 0.08)
@@ -53,6 +55,17 @@ def pictures(room: Furnisher, most: int) -> None:
 
 
 def plants(room: Furnisher, most: int) -> None:
-    """Potted plants in corners."""
-    for _ in range(int(room.plot.rng.integers(0, most + 1))):
-        room.against_wall(room.supply.draw("potted plant", placement="floor"))
+    """Potted plants in corners, some of them small ones on stands."""
+    supply, rng = room.supply, room.plot.rng
+    for _ in range(int(rng.integers(0, most + 1))):
+        if rng.random() < ON_STANDS:
+            stand = room.against_wall(supply.draw("plant stand"))
+            room.on_top(supply.draw("potted plant", placement="surface"), stand, (0.0, 0.0))
+        else:
+            room.against_wall(supply.draw("potted plant", placement="floor"))
+
+
+def wall_clock(room: Furnisher) -> None:
+    """One on a wall, perhaps."""
+    if room.plot.rng.random() < WALL_CLOCKS:
+        room.on_wall(room.supply.draw("wall clock"), CLOCK_BOTTOM_M)

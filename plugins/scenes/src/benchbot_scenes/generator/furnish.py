@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from benchbot_scenes.catalogue import AssetModel, Catalogue
+from benchbot_scenes.catalogue import AssetModel
 from benchbot_scenes.generator.plot import (
     GAP_M,
     LOW_M,
@@ -18,57 +18,17 @@ from benchbot_scenes.generator.plot import (
     Plot,
     half_extent,
 )
+from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.intersections import intersecting, triangles_of
 from benchbot_scenes.layout import Placement
 
 # How densely places along a wall are tried.
 STEP_M = 0.10
 SURFACE_TRIES = 24
+# How far what hangs on a wall is from what hangs or stands beside it.
+HUNG_APART_M = 0.12
 # How far a chair is pulled out from where it would be tucked in, the least first.
 PULLED_M = (0.0, 0.06, 0.12, 0.18, 0.24, 0.30)
-
-
-@dataclass
-class Supply:
-    """The models that a scene is furnished with, and the names of what has been placed.
-
-    A place has one style: the same model again where several are alike (chairs, desks), drawn once.
-    """
-
-    catalogue: Catalogue
-    rng: np.random.Generator
-    counts: dict[str, int] = field(default_factory=dict)
-    style: dict[str, str] = field(default_factory=dict)
-
-    def models(self, *kinds: str) -> list[AssetModel]:
-        """The models of the first of `kinds` (or classes) that the pack has any of."""
-        for kind in kinds:
-            found = self.catalogue.of_kind(kind) or self.catalogue.of_class(kind)
-            if found:
-                return found
-        return []
-
-    def draw(self, *kinds: str, longest_m: float = 99.0, placement: str | None = None) -> AssetModel | None:
-        """A model at random, no wider (across its facing) than `longest_m`, for the floor, a surface, …"""
-        models = self.models(*kinds)
-        found = [model for model in models if model.size_m[1] <= longest_m and placement in (None, model.placement)]
-        return found[int(self.rng.integers(len(found)))] if found else None
-
-    def usual(self, *kinds: str) -> AssetModel | None:
-        """The model that this place has everywhere."""
-        key = kinds[0]
-        if key not in self.style:
-            model = self.draw(*kinds)
-            if model is None:
-                return None
-            self.style[key] = model.id
-        return self.catalogue.model(self.style[key])
-
-    def name(self, model: AssetModel) -> str:
-        """A new id for something placed: its class or kind, and a number."""
-        stem = (model.class_name or model.kind).replace(" ", "_")
-        self.counts[stem] = self.counts.get(stem, 0) + 1
-        return f"{stem}_{self.counts[stem]}"
 
 
 @dataclass(frozen=True)
@@ -328,11 +288,14 @@ class Furnisher:
                 for start, end, hole in holes
             ):
                 continue
-            if any(item.box.overlaps(other.box, 0.03) for other in self.plot.items if other is not above):
+            if any(item.box.overlaps(other.box, HUNG_APART_M) for other in self.plot.items if other is not above):
                 continue
             if low < self.plot.along(wall)[0] or high > self.plot.along(wall)[1]:
                 continue
             if bottom_m < 1.1 and (not self.plot.fits(item) or not self.plot.leaves_ways(item)):
+                continue
+            # What a map names has floor before it, not a deep piece of furniture.
+            if model.class_name is not None and not self.plot.leaves_ways(self._at_wall(model, wall, along_m)):
                 continue
             return self.plot.add(self._named(item))
         return None

@@ -10,6 +10,7 @@ from benchbot_scenes.generator.plot import WALLS, Box, Item
 from benchbot_scenes.layout import Point
 
 SOFA_DISTANCE_M = (2.3, 3.6)
+CUPBOARD_BOTTOM_M = 1.45
 PICTURE_ABOVE_BED_M = 1.35
 
 
@@ -34,6 +35,10 @@ def living(room: Furnisher) -> None:
     chest = room.against_wall(supply.draw("sideboard", "chest of drawers"), front_m=0.3)
     if chest is not None:
         clutter.scatter(room, chest, ("table lamp", "vase", "clock", "book", "potted plant"), 0.5)
+    if size_x * size_y > 20.0:
+        room.against_wall(supply.draw("armchair"), front_m=0.5)
+    side_table = room.against_wall(supply.draw("side table"))
+    clutter.scatter(room, side_table, ("table lamp", "book", "cup"), 0.4)
     fixtures.plants(room, 3)
     _finish(room, 3)
 
@@ -97,7 +102,7 @@ def _dining_place(room: Furnisher, seats: int, away_from: Item | None = None) ->
     for x, y in places:
         table = room.standing(model, x, y, float(rng.choice([0.0, 90.0])))
         if table is not None:
-            chairs = room.chairs_about(supply.usual("chair"), table, seats)
+            chairs = room.chairs_about(supply.draw("chair"), table, seats)
             clutter.dining(room, table, min(len(chairs), 4))
             return table
     return None
@@ -108,6 +113,8 @@ def kitchen(room: Furnisher) -> None:
     supply, rng = room.supply, room.plot.rng
     tops = _units(room)
     clutter.worktop(room, tops)
+    for top in tops:
+        room.on_wall(supply.matching(supply.draw("wall cupboard"), top.model), CUPBOARD_BOTTOM_M, above=top)
     table = _dining_place(room, 2 if room.plot.size_m[0] * room.plot.size_m[1] < 11 else 4)
     if table is None:
         chest = room.against_wall(supply.draw("sideboard", "chest of drawers"), front_m=0.3)
@@ -117,6 +124,7 @@ def kitchen(room: Furnisher) -> None:
         clutter.scatter(room, shelf, ("cup", "bowl", "bottle", "book", "clock"), 0.6)
     if rng.random() < 0.5:
         fixtures.plants(room, 1)
+    fixtures.wall_clock(room)
     _finish(room, 1, with_curtains=False)
 
 
@@ -128,6 +136,7 @@ def _units(room: Furnisher) -> list[Item]:
     sink = supply.draw("kitchen sink") or next(
         (model for model in supply.models("sink") if model.placement == "floor" and model.size_m[1] >= 0.7), None
     )
+    oven, sink = supply.matching(oven, counter), supply.matching(sink, counter)
     row = [supply.draw("refrigerator", placement="floor"), counter, sink, counter, oven, counter, counter]
     walls = sorted(WALLS, key=lambda wall: (len(room.plot.openings_in(wall, room.plot.doors)), -_length(room, wall)))
     for wall in walls[:3]:
@@ -166,16 +175,17 @@ def bedroom(room: Furnisher) -> None:
     supply, rng = room.supply, room.plot.rng
     area = room.plot.size_m[0] * room.plot.size_m[1]
     wide = [model for model in supply.models("bed") if (model.size_m[1] > 1.3) == (area > 11)] or supply.models("bed")
-    bed = room.against_wall(wide[int(rng.integers(len(wide)))] if wide else None, front_m=0.0, middle=True)
+    bed = room.against_wall(supply.one_of(wide), front_m=0.0, middle=True)
     if bed is not None:
-        table = supply.usual("bedside table")
+        # A pair of tables with a pair of lamps.
+        table, lamp = supply.draw("bedside table"), supply.draw("table lamp")
         if table is not None:
             off = bed.size_m[1] / 2 + table.size_m[1] / 2 + 0.04
             back = -(bed.size_m[0] - table.size_m[0]) / 2
             for side in (1, -1):
                 stand = room.relative(table, bed, back, side * off)
                 if stand is not None:
-                    room.on_top(supply.usual("table lamp"), stand, (-0.03, -0.04 * side), 0.0)
+                    room.on_top(lamp, stand, (-0.03, -0.04 * side), 0.0)
                     clutter.scatter(room, stand, ("book", "cup", "clock", "cell phone"), 0.35)
         room.on_wall(supply.draw("picture"), PICTURE_ABOVE_BED_M, above=bed)
         rug = supply.draw("rug", longest_m=2.6)
@@ -215,7 +225,7 @@ def bathroom(room: Furnisher) -> None:
     _toilet_and_basin(room)
     room.against_wall(supply.draw("basket"))
     shelf = room.on_wall(supply.draw("shelf", longest_m=1.0), 1.4)
-    clutter.scatter(room, shelf, ("bottle", "bottle", "cup"), 0.7)
+    clutter.bathroom(room, shelf)
     _finish(room, 0, with_curtains=False)
 
 
@@ -223,7 +233,7 @@ def washroom(room: Furnisher) -> None:
     """Toilet and washbasin."""
     _toilet_and_basin(room)
     shelf = room.on_wall(room.supply.draw("shelf", longest_m=1.0), 1.4)
-    clutter.scatter(room, shelf, ("bottle", "cup", "potted plant"), 0.6)
+    clutter.bathroom(room, shelf)
     _finish(room, 0, with_curtains=False)
 
 
@@ -232,9 +242,9 @@ def _toilet_and_basin(room: Furnisher) -> None:
     room.against_wall(supply.draw("toilet", placement="floor"), front_m=0.45)
     basins = [model for model in supply.models("bathroom sink", "sink") if model.placement in ("floor", "wall")]
     basins = [model for model in basins if model.size_m[1] < 0.75] or basins
-    if not basins:
+    basin = supply.one_of(basins)
+    if basin is None:
         return
-    basin = basins[int(supply.rng.integers(len(basins)))]
     placed = (
         room.against_wall(basin, front_m=0.4, middle=True)
         if basin.placement == "floor"

@@ -12,11 +12,12 @@ from benchbot_scenes.compose import compose
 from benchbot_scenes.coverage import MARGIN_M, Coverage, Pose7, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
 from benchbot_scenes.generator.floor_plan import OUTER_WALL_M, Plan, Space, floor_plan
-from benchbot_scenes.generator.furnish import Furnisher, Supply
+from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.furniture import PROGRAMMES
 from benchbot_scenes.generator.kinds import FUNCTIONS, MOST_ROOMS, find_kind
 from benchbot_scenes.generator.plot import Item, Plot
 from benchbot_scenes.generator.proxy import proxy
+from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.gltf import geometry_of
 from benchbot_scenes.gltf_file import GltfFile, split_glb
 from benchbot_scenes.layout import Building, Layout, Opening, Room

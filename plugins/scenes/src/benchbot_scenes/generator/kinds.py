@@ -45,20 +45,23 @@ WOOD = ("oak", "oak_dark", "walnut", "pine")
 TILES = ("tiles_white", "tiles_grey", "tiles_terracotta")
 STONE = ("tiles_grey", "concrete", "linoleum")
 OFFICE_FLOOR = ("carpet_grey", "carpet_blue")
-LIGHT_WALLS = ("#ece7dd", "#e8e6e0", "#dfe3dc", "#eadfd0")
-OFFICE_WALLS = ("#e9e9e6", "#e6e8ea")
+LIGHT_WALLS = ("#ece7dd", "#e8e6e0", "#dfe3dc", "#eadfd0", "#e6dcd4", "#dde2e5", "#e9e3cc", "#dcd8e0")
+STRONG_WALLS = ("#cfd6d3", "#dcd3cb", "#cdd3cc", "#c5cdd8", "#d8c8b8", "#d3d6c0")
+PAPERS = ("wallpaper_stripes", "wallpaper_leaves")
+KITCHEN_WALLS = ("#ebe9e2", "#e3e8e3", "#ece4d4", "#dfe5ea")
+OFFICE_WALLS = ("#e9e9e6", "#e6e8ea", "#e3e5e0", "#ebe6dc")
 
 FUNCTIONS = {
-    "living room": Function("living", (4.6, 5.6), WOOD, LIGHT_WALLS, 0.70),
-    "kitchen": Function("kitchen", (2.9, 3.6), TILES, ("#ebe9e2", "#e3e8e3"), 1.10),
-    "bedroom": Function("bedroom", (3.3, 4.2), WOOD, (*LIGHT_WALLS, "#cfd6d3", "#dcd3cb")),
+    "living room": Function("living", (4.6, 5.6), WOOD, (*LIGHT_WALLS, *STRONG_WALLS[:2], "wallpaper_stripes"), 0.70),
+    "kitchen": Function("kitchen", (2.9, 3.6), (*TILES, "linoleum"), KITCHEN_WALLS, 1.10),
+    "bedroom": Function("bedroom", (3.3, 4.2), (*WOOD, "carpet_beige"), (*LIGHT_WALLS, *STRONG_WALLS, *PAPERS)),
     "bathroom": Function(
         "bathroom", (2.2, 2.8), ("tiles_white", "tiles_grey"), ("wall_tiles_white", "wall_tiles_green"), 1.30
     ),
-    "study": Function("study", (2.8, 3.4), WOOD, (*LIGHT_WALLS, "#cdd3cc")),
+    "study": Function("study", (2.8, 3.4), WOOD, (*LIGHT_WALLS, *STRONG_WALLS)),
     "open office": Function("open_office", (6.0, 7.4), OFFICE_FLOOR, OFFICE_WALLS),
     "office": Function("office", (3.2, 4.0), OFFICE_FLOOR, OFFICE_WALLS),
-    "meeting room": Function("meeting", (4.2, 5.2), OFFICE_FLOOR, (*OFFICE_WALLS, "#d5dcdf")),
+    "meeting room": Function("meeting", (4.2, 5.2), OFFICE_FLOOR, (*OFFICE_WALLS, "#d5dcdf", "#d3dacd")),
     "pantry": Function("kitchen", (3.2, 3.8), STONE, OFFICE_WALLS, 1.10),
     "washroom": Function(
         "washroom", (1.9, 2.3), ("tiles_white", "tiles_grey"), ("wall_tiles_white", "wall_tiles_green"), 1.30

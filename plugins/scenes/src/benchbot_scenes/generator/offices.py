@@ -68,6 +68,7 @@ def open_office(room: Furnisher) -> None:
     _cabinets(room, 3)
     _books(room, 1)
     _whiteboard(room)
+    fixtures.wall_clock(room)
     fixtures.plants(room, 3)
     if rng.random() < 0.5:
         room.against_wall(supply.draw("coat rack", placement="floor"))
@@ -82,10 +83,10 @@ def meeting(room: Furnisher) -> None:
     size_x, size_y = room.plot.size_m
     yaw = 90.0 if size_x > size_y else 0.0
     for model in [model for model in tables if model.kind != "desk" and model.size_m[2] > 0.6]:
-        table = room.standing(model, (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, yaw)
+        table = room.standing(supply.varied(model), (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, yaw)
         if table is None:
             continue
-        chairs = room.chairs_about(supply.usual("office chair", "chair"), table, 8)
+        chairs = room.chairs_about(supply.draw("chair"), table, 8)
         for kind in ("laptop", "laptop", "cup", "cup", "bottle", "book", "cell phone"):
             if chairs and rng.random() < 0.65:
                 room.on_top(supply.draw(kind, placement="surface"), table)
