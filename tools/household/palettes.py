@@ -46,7 +46,7 @@ PALETTES: dict[str, list[dict[str, Any]]] = {
         {"textures": ["oak", "beech"], "colors": _DARK_STAINS, "roughness": 0.44},
         {"colors": _PAINTED, "roughness": 0.42},
     ],
-    "furniture paint": [{"colors": [*_PAINTED, "#e9e6df", "#5f6f6a", "#d8d3ea", "#4a3f38"], "roughness": 0.42}],
+    "furniture paint": [{"colors": [*_PAINTED, "#e9e6df", "#5f6f6a", "#d3d8cf", "#4a3f38"], "roughness": 0.42}],
     FRONTS: [
         {"colors": ["#5f6f6a", "#eceae4", "#2f3d4a", "#b9b2a3", "#8fa39a", "#6d3f3a", "#d8d6c8"], "roughness": 0.4},
     ],
@@ -65,6 +65,9 @@ PALETTES: dict[str, list[dict[str, Any]]] = {
     "metal": [
         {"colors": ["#c2a468", "#d8d9da", "#8c6a4c", "#a9aaac"], "roughness": 0.3, "metallic": 1.0},
         {"colors": ["#2c2c2d"], "roughness": 0.45},
+    ],
+    "cutlery": [
+        {"colors": ["#cfcfce", "#e3e3e2", "#b0b1b2", "#c8ad76"], "roughness": 0.28, "metallic": 1.0},
     ],
     "glaze": [
         {"colors": _GLAZES, "roughness": 0.2},
@@ -105,6 +108,7 @@ PALETTES: dict[str, list[dict[str, Any]]] = {
     "device": [
         {"colors": ["#1b1c1e", "#c9cbce", "#3e4a55", "#e9e9e6", "#6b6e73", "#31506f", "#d8cfc0"], "roughness": 0.42}
     ],
+    "office chair": [{"colors": ["#2b2c2e", "#d9d9d6", "#6f7377", "#4a5560", "#f0efec"], "roughness": 0.45}],
     "screen": [{"colors": ["#1b1c1e", "#2e3033", "#c9cbce", "#3e4044", "#e4e4e2"], "roughness": 0.4}],
     "soap": [{"colors": ["#6b3410", "#efece2", "#8ea58c", "#2a2b2c", "#c9a58e", "#7d94a8"], "roughness": 0.25}],
     "plates": [

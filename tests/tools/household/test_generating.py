@@ -1,6 +1,7 @@
 """Models made again are the committed ones, and the same bytes in every process."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +47,7 @@ def test_models_made_earlier_stay_in_the_catalogue(folder: Path) -> None:
 def test_other_lists_are_joined_in(folder: Path, tmp_path: Path) -> None:
     entry = dict(json.loads((folder / "catalogue.json").read_text(encoding="utf-8"))["models"][0], id="zebra_1", seed=4)
     (tmp_path / "models").mkdir()
+    shutil.copy(folder / entry["file"], tmp_path / "models")
     (tmp_path / "models" / "baked.json").write_text(json.dumps([entry]), encoding="utf-8")
     write_catalogue([], tmp_path)
     joined = json.loads((tmp_path / "catalogue.json").read_text(encoding="utf-8"))["models"]
