@@ -24,7 +24,7 @@ from benchbot.core.geometry import Pose
 from benchbot.core.motion import MotionConfig, execute
 from benchbot.core.platform import PlatformSpec, Scene
 from benchbot_robot_ros2 import ros
-from benchbot_robot_ros2.declaration import Topic
+from benchbot_robot_ros2.declaration_keys import Topic
 from benchbot_robot_ros2.driver import Ros2Driver
 from benchbot_robot_ros2.encoders import encode
 from benchbot_robot_ros2.messages import pose_message

@@ -10,7 +10,8 @@ from sensor_msgs.msg import BatteryState
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.motion import Outcome
 from benchbot_robot_ros2 import battery
-from benchbot_robot_ros2.declaration import Battery, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Battery
 from plugins.robot_ros2.tests.unicycle import act, declaration, driver, scene, unicycle, until
 
 BATTERY = {"ros_topic": "/battery", "minimum": 0.3}

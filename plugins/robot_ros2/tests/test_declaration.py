@@ -7,13 +7,13 @@ import yaml
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.core.plugin_manager import load
-from benchbot_robot_ros2.declaration import (
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import (
     LocalisedByOdometry,
     LocalisedByTopic,
     Qos,
     ReturnByOperator,
     ReturnByService,
-    Ros2Robot,
 )
 
 SMALL = """\

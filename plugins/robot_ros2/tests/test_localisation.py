@@ -11,7 +11,8 @@ from nav_msgs.msg import Odometry
 
 from benchbot.core.geometry import Pose
 from benchbot_robot_ros2 import ros
-from benchbot_robot_ros2.declaration import Ros2Robot, Topic
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Topic
 from benchbot_robot_ros2.localisation import Localisation, base_pose, between
 from benchbot_robot_ros2.messages import pose_message, set_stamp
 from benchbot_robot_ros2.robot_clock import RobotClock

@@ -6,7 +6,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Bool, String
 
 from benchbot_robot_ros2 import qos, ros
-from benchbot_robot_ros2.declaration import Qos, Topic
+from benchbot_robot_ros2.declaration_keys import Qos, Topic
 from plugins.robot_ros2.tests.unicycle import until
 
 if TYPE_CHECKING:

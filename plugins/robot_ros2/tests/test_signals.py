@@ -10,7 +10,7 @@ from std_msgs.msg import Bool
 
 from benchbot.core.errors import BenchbotError
 from benchbot.core.motion import Outcome
-from benchbot_robot_ros2.declaration import Signal
+from benchbot_robot_ros2.declaration_keys import Signal
 from benchbot_robot_ros2.signals import says
 from plugins.robot_ros2.tests.unicycle import act, declaration, driver, scene, unicycle, until
 

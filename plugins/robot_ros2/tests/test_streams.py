@@ -11,7 +11,7 @@ from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import String
 
 from benchbot_robot_ros2 import ros
-from benchbot_robot_ros2.declaration import Qos, Topic
+from benchbot_robot_ros2.declaration_keys import Qos, Topic
 from benchbot_robot_ros2.messages import set_stamp
 from benchbot_robot_ros2.robot_clock import RobotClock
 from benchbot_robot_ros2.streams import Stream

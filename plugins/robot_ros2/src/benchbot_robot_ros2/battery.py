@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from benchbot_robot_ros2.connected import ConnectedRobot
-from benchbot_robot_ros2.declaration import Battery
+from benchbot_robot_ros2.declaration_keys import Battery
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.streams import Sample
 

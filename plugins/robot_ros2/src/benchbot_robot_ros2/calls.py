@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError
-from benchbot_robot_ros2.declaration import Call
+from benchbot_robot_ros2.declaration_keys import Call
 from benchbot_robot_ros2.failures import failed
 
 if TYPE_CHECKING:

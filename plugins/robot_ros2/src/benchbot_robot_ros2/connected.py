@@ -9,7 +9,8 @@ from typing import Any
 from benchbot.plugin import OBSERVATIONS, BenchbotError, MotionConfig, Pose, did_you_mean
 from benchbot_robot_ros2 import calls, ros, signals
 from benchbot_robot_ros2.callbacks import Callback as Decoder
-from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, Ros2Robot, Topic
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByTopic, LocalisedByTransforms, Topic
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.guard.link import Guard
 from benchbot_robot_ros2.localisation import Localisation

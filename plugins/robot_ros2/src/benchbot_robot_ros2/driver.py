@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, cast
 
 from benchbot.plugin import (
@@ -20,23 +21,18 @@ from benchbot_robot_ros2 import battery, freshness, obstacles, signals, start_po
 from benchbot_robot_ros2.arm_motion import ArmMotion
 from benchbot_robot_ros2.clearance import contact_ahead
 from benchbot_robot_ros2.connected import ConnectedRobot
-from benchbot_robot_ros2.declaration import LocalisedByOdometry, MovedByNavigation, Ros2Robot
+from benchbot_robot_ros2.control_tick import CONTROL_PERIOD_S, REPEAT_S, SLACK_S
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByOdometry
 from benchbot_robot_ros2.failures import failed, safety_stop
 from benchbot_robot_ros2.guard.state import FIND_OUT
-from benchbot_robot_ros2.navigation import Navigation, moved_by
-from benchbot_robot_ros2.observing import STILL_FACTOR, Moment, callback_of, catch_up, gather, missing, taken_ns
+from benchbot_robot_ros2.navigated_motion import NavigatedMotion, Watch, navigated_by
+from benchbot_robot_ros2.observing import Moment, callback_of, catch_up, gather, missing, taken_ns
 from benchbot_robot_ros2.prediction import Prediction
 from benchbot_robot_ros2.provenance import provenance
 from benchbot_robot_ros2.ramp import REST, Velocity
 from benchbot_robot_ros2.standstill import measured_velocity, rested, speed_mps, still
 
-CONTROL_PERIOD_S = 0.05
-# How long Nav2 may take to brake, once its goal has ended.
-NAVIGATION_REST_S = 3.0
-# How often, in wall time, a command is repeated while its tick lasts: that of a simulated robot may last for long.
-REPEAT_S = 0.03
-# A tick that is nearly over is over: the rest may be rounding, which simulated time passes only with its next step.
-SLACK_S = 1e-3
 INITIAL_POSE = "initial_pose"
 
 
@@ -59,9 +55,8 @@ class Ros2Driver:
         signals.check(self._robot)
         self._changed = threading.Condition()
         self._connected: ConnectedRobot | None = None
-        self._navigation: Navigation | None = None
+        self._navigated: NavigatedMotion | None = None
         self._arm: ArmMotion | None = None
-        self._is_navigated = False
         self._halted: str | None = None
         self._start_pose = Pose()
         self._loaded_s = self._due_s = 0.0
@@ -82,12 +77,11 @@ class Ros2Driver:
     def load(self, scene: Scene, seed: int) -> None:
         """Bring the robot to the start pose of the scene; raises BenchbotError when it does not get there."""
         if self._connected is None:
-            self._connected = ConnectedRobot(self._robot, self._motion, self._callbacks, self._changed)
-            self._obstacles = obstacles.Obstacles(self._connected)
-            robot = self._connected
+            robot = self._connected = ConnectedRobot(self._robot, self._motion, self._callbacks, self._changed)
+            self._obstacles = obstacles.Obstacles(robot)
             if self._robot.arm is not None:
                 self._arm = ArmMotion(robot, self._robot.arm, CONTROL_PERIOD_S, self._motion.speed_factor)
-            self._navigation = moved_by(robot.node, self._robot, lambda: self._refuse_when_stopped(robot))
+            self._navigated = navigated_by(robot, self._watch(robot))
         robot = self._connected
         self._refuse_when_stopped(robot)
         battery.check(robot)
@@ -176,31 +170,14 @@ class Ros2Driver:
         Yields None after every control tick, and the outcome at rest; nothing where motion is by velocity. Raises
         BenchbotError(ends_run=True) when the robot was stopped for safety, or does not stop when it is called off.
         """
-        navigation, way = self._navigation, self._robot.settings.motion
-        if navigation is None or not isinstance(way, MovedByNavigation):
+        if self._navigated is None:
             return
-        robot = self._here()
-        self._refuse_when_stopped(robot)
+        self._refuse_when_stopped(self._here())
         here = self.pose()
         if self._spec.localisation == "noisy":
             # To where dead reckoning will find the goal, as far as it has drifted now.
             goal = here @ self.odometry().inverse() @ goal
-        navigation.send(here, goal)
-        deadline_s = robot.clock.now_s() + way.timeout_s
-        self._is_navigated = True
-        outcome = None
-        try:
-            while outcome is None:
-                self._watch_navigation(robot)
-                yield None
-                outcome = self._found_on_the_way(robot, deadline_s) or navigation.outcome()
-        except BaseException as error:
-            self._end_navigation(robot, navigation, error.why if isinstance(error, BenchbotError) else str(error))
-            # A goal that a guard has called off may be seen to end before the guard's reason is heard.
-            self._refuse_when_stopped(robot)
-            raise
-        self._end_navigation(robot, navigation, f"The motion was {outcome}.")
-        yield outcome
+        yield from self._navigated.carry_out(here, goal)
 
     def manipulate(self, action: str, arguments: Mapping[str, Any]) -> Iterator[Outcome | None]:
         """Move the arm, tick by tick, while the base is held and watched; yield at the end how it ended.
@@ -315,17 +292,16 @@ class Ros2Driver:
     def close(self) -> None:
         """Stop the robot and leave the graph."""
         if self._connected is not None:
-            if self._navigation is not None:
-                self._navigation.close()
+            if self._navigated is not None:
+                self._navigated.close()
             self._connected.close()
-            self._connected = self._navigation = self._arm = None
+            self._connected = self._navigated = self._arm = None
 
     def _begin(self, now_s: float) -> None:
         self._due_s = now_s
         self._prediction = Prediction(self._motion)
         # The last velocity that was commanded, the last that was not rest, and since when rest is commanded.
-        self._command: Velocity = REST
-        self._motion_command: Velocity = REST
+        self._command = self._motion_command = REST
         self._rest_commanded_s = now_s
 
     def _here(self) -> ConnectedRobot:
@@ -342,62 +318,22 @@ class Ros2Driver:
         self._hand.wait(robot, lambda: self._refuse_when_stopped(robot), self._spec.tell)
         self._begin(robot.clock.now_s())
 
-    def _watch_navigation(self, robot: ConnectedRobot) -> None:
-        """Watch over the robot for one control tick; the guards do as well."""
-        until_s = robot.clock.now_s() + CONTROL_PERIOD_S
-        while (left_s := until_s - robot.clock.now_s()) >= SLACK_S:
-            self._refuse_when_stopped(robot)
+    def _watch(self, robot: ConnectedRobot) -> Watch:
+        """Return what a robot that Nav2 drives is watched over by."""
+        refuse = partial(self._refuse_when_stopped, robot)
+
+        def look() -> None:
+            refuse()
             self._refuse_when_blind(robot)
             self.pose()  # where it must not have jumped
-            measured = robot.odometry.newest
-            # What it does is what it was commanded, as far as can be known here.
-            moves = measured is not None and not still(measured.message)
-            seen = measured_velocity(measured.message) if measured and moves else REST
-            self._note(seen, robot.clock.now_s(), is_seen=True)
-            robot.guard.attend()
-            with self._changed:
-                self._changed.wait(min(left_s, REPEAT_S))
 
-    def _found_on_the_way(self, robot: ConnectedRobot, deadline_s: float) -> Outcome | None:
-        if self.collided:
-            return Outcome.COLLIDED
-        if self._motion.stops_before_contact and self._touches(self._command, CONTROL_PERIOD_S):
-            return Outcome.BLOCKED
-        return Outcome.TIMEOUT if robot.clock.now_s() > deadline_s else None
+        def found() -> Outcome | None:
+            if self.collided:
+                return Outcome.COLLIDED
+            sees = self._motion.stops_before_contact
+            return Outcome.BLOCKED if sees and self._touches(self._command, CONTROL_PERIOD_S) else None
 
-    def _end_navigation(self, robot: ConnectedRobot, navigation: Navigation, why: str) -> None:
-        """Call off a goal that has not ended, and see by odometry that the robot stops, or stop it for good."""
-
-        def attend() -> None:
-            if robot.guard.tripped is None:
-                robot.guard.attend()
-
-        is_off = navigation.call_off(attend)
-        self._is_navigated = False
-        since_s = robot.clock.now_s()
-        self._note(REST, since_s)
-        stalled_s = STILL_FACTOR * self._robot.settings.timing.feedback_timeout_s
-        while not rested(robot.odometry.samples, since_s):
-            attend()
-            if robot.clock.now_s() - since_s > NAVIGATION_REST_S or robot.clock.still_s > stalled_s:
-                measured = robot.odometry.newest
-                seen = (
-                    "nothing"
-                    if measured is None
-                    else f"{speed_mps(measured.message):.2f} m/s and "
-                    f"{measured_velocity(measured.message).angular_radps:.2f} rad/s"
-                )
-                said = "confirmed that it drives the robot no longer" if is_off else "did not confirm that it let go"
-                raise self._stopped_as(
-                    f"{why} Nav2 {said}, and {NAVIGATION_REST_S:g} s later odometry still said {seen}.",
-                    "See what drives the robot: with Nav2, why it does not stop when its goal is cancelled.",
-                )
-            with self._changed:
-                self._changed.wait(REPEAT_S)
-        if not is_off:
-            raise self._stopped_as(f"{why} Nav2 did not confirm that it drives the robot no longer.", FIND_OUT)
-        if robot.guard.tripped is None:
-            robot.guard.command(*REST)
+        return Watch(refuse, look, self._note, found, self._stopped_as)
 
     def _poses(self, robot: ConnectedRobot, stamp_ns: int | None) -> dict[str, FramePose]:
         moving_ns = None if self._velocity == REST else stamp_ns
@@ -438,11 +374,10 @@ class Ros2Driver:
 
     def _refuse_when_jumped(self, robot: ConnectedRobot) -> None:
         """End the run, or before the robot moves the episode, when localisation says what odometry contradicts."""
-        reason = freshness.jump(robot)
-        if reason is not None and not self._moves:
+        if (reason := freshness.jump(robot)) is not None:
+            if self._moves:
+                raise self._stopped(*reason)
             raise failed("Where the robot is, cannot be trusted.", *reason)
-        if reason is not None:
-            raise self._stopped(*reason)
 
     def _lost(self, why: str) -> BenchbotError:
         if not self._moves:
@@ -451,7 +386,7 @@ class Ros2Driver:
 
     @property
     def _moves(self) -> bool:
-        return self._is_navigated or self._command != REST
+        return (self._navigated is not None and self._navigated.is_under_way) or self._command != REST
 
     def _stopped(self, why: str, fix: str) -> BenchbotError:
         if self._connected is None:

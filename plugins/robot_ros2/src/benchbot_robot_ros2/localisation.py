@@ -4,7 +4,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import Pose, wrap_angle_rad
-from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByTransforms
 from benchbot_robot_ros2.messages import pose_of
 from benchbot_robot_ros2.streams import Sample, Stream
 

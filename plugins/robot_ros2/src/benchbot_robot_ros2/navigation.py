@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, Outcome, Pose
 from benchbot_robot_ros2 import failures
-from benchbot_robot_ros2.declaration import MovedByNavigation, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import MovedByNavigation
 from benchbot_robot_ros2.messages import pose_message
 from benchbot_robot_ros2.qos import UNNAMED, node_name, publishers
 
@@ -161,14 +162,11 @@ class Navigation:
         return message
 
 
-def moved_by(node: "Node", robot: Ros2Robot, check: Callable[[], None]) -> Navigation | None:
-    """Return the navigation that drives a robot to its next pose, or None where its own controller does.
+def moved_by(node: "Node", robot: Ros2Robot, way: MovedByNavigation, check: Callable[[], None]) -> Navigation:
+    """Return the navigation that drives a robot to its next pose.
 
     `check` is called again and again. Raises BenchbotError when it is not there, or something else commands velocities.
     """
-    way = robot.settings.motion
-    if not isinstance(way, MovedByNavigation):
-        return None
 
     def lost(why: str, fix: str) -> BenchbotError:
         return failures.failed(f"The robot '{robot.name}' cannot be navigated.", why, fix)

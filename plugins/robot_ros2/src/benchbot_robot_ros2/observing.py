@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2 import callbacks
 from benchbot_robot_ros2.arm import Arm
-from benchbot_robot_ros2.declaration import Connection, Ros2Robot, Timing
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Connection, Timing
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.instant import Stamped, joined, one_instant
 from benchbot_robot_ros2.robot_clock import RobotClock

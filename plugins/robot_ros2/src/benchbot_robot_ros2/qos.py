@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from benchbot_robot_ros2.declaration import Topic
+from benchbot_robot_ros2.declaration_keys import Topic
 
 if TYPE_CHECKING:
     from rclpy.node import Node

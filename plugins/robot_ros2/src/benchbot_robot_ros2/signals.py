@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchbot.plugin import BenchbotError, did_you_mean
-from benchbot_robot_ros2.declaration import Ros2Robot, Signal
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Signal
 from benchbot_robot_ros2.messages import message_type
 
 EACH = "[]"

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from benchbot.plugin import BenchbotError, Pose, Scene
 from benchbot_robot_ros2.connected import ConnectedRobot
-from benchbot_robot_ros2.declaration import ReturnByNavigation, ReturnByService, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import ReturnByNavigation, ReturnByService
 from benchbot_robot_ros2.failures import failed
 from benchbot_robot_ros2.localisation import apart
 from benchbot_robot_ros2.messages import pose_message

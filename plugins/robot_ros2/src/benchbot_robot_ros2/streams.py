@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from benchbot_robot_ros2 import qos
-from benchbot_robot_ros2.declaration import Topic
+from benchbot_robot_ros2.declaration_keys import Topic
 from benchbot_robot_ros2.messages import message_type, stamp_ns
 from benchbot_robot_ros2.robot_clock import RobotClock
 

@@ -19,7 +19,8 @@ from benchbot_robot_ros2.bridge.camera_channel import Failed, Load, Look, Messag
 from benchbot_robot_ros2.bridge.pace import Rate, SimulatedTime, WallTime
 from benchbot_robot_ros2.bridge.robot import BridgedRobot
 from benchbot_robot_ros2.bridge.world import World
-from benchbot_robot_ros2.declaration import LocalisedByTopic, ReturnByService, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByTopic, ReturnByService
 from benchbot_robot_ros2.ramp import REST, Velocity
 from plugins.robot_ros2.tests.bridge.bridged import simulator
 from tests.garbage import searched_as_before

@@ -11,7 +11,7 @@ from sensor_msgs.msg import CameraInfo, LaserScan
 from benchbot.core.channels import LaserScan as Scan
 from benchbot.core.findings import Finding, Level
 from benchbot.core.geometry import Pose
-from benchbot_robot_ros2.declaration import Timing, Topic
+from benchbot_robot_ros2.declaration_keys import Timing, Topic
 from benchbot_robot_ros2.doctor import message_checks
 from benchbot_robot_ros2.doctor.live_watch import Stream, Use
 

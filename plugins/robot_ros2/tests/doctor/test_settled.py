@@ -6,7 +6,7 @@ from std_srvs.srv import Trigger
 
 from benchbot.core.findings import Level
 from benchbot_robot_ros2 import ros
-from benchbot_robot_ros2.declaration import Timing, Topic
+from benchbot_robot_ros2.declaration_keys import Timing, Topic
 from benchbot_robot_ros2.doctor.live_watch import Stream, Use
 from benchbot_robot_ros2.doctor.settled import steady
 from plugins.robot_ros2.tests.doctor.cart import TICK_S, Cart, broken, examine, tell_mounts, worst

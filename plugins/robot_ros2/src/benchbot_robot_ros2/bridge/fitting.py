@@ -13,7 +13,8 @@ from benchbot_robot_ros2.bridge.robot import (
     BridgedRobot,
     topics,
 )
-from benchbot_robot_ros2.declaration import LocalisedByTopic, LocalisedByTransforms, ReturnByService, Ros2Robot, Topic
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByTopic, LocalisedByTransforms, ReturnByService, Topic
 from benchbot_robot_ros2.observing import frame_of
 
 ODOMETRY_TYPE = "nav_msgs/msg/Odometry"

@@ -20,7 +20,8 @@ from benchbot.plugin import (
     misfits,
     read_declaration,
 )
-from benchbot_robot_ros2.declaration import Ros2Robot, Topic
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Topic
 
 NODE = "benchbot_bridge"
 COMMAND, ODOMETRY, GROUND_TRUTH, COLLISION = "cmd_vel", "odom", "ground_truth/odom", "collision"

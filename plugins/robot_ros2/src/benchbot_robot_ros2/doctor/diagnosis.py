@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, Finding, Level, MotionConfig, PlatformSpec
 from benchbot_robot_ros2 import battery, callbacks, obstacles, ros, signals, transforms
-from benchbot_robot_ros2.declaration import Ros2Robot, Topic
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Topic
 from benchbot_robot_ros2.doctor import graph_checks, live_watch, message_checks, sensor_agreement, transform_checks
 from benchbot_robot_ros2.doctor.live_watch import Stream
 from benchbot_robot_ros2.doctor.settled import Settling

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from benchbot.plugin import Finding, Level
 from benchbot_robot_ros2 import qos
-from benchbot_robot_ros2.declaration import MovedByNavigation, ReturnByNavigation, ReturnByService, Ros2Robot, Safety
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import MovedByNavigation, ReturnByNavigation, ReturnByService, Safety
 from benchbot_robot_ros2.doctor.live_watch import Stream
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError
 from benchbot_robot_ros2 import messages, qos
-from benchbot_robot_ros2.declaration import LocalisedByTopic, Ros2Robot, Topic
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByTopic, Topic
 from benchbot_robot_ros2.observing import frame_of
 
 if TYPE_CHECKING:

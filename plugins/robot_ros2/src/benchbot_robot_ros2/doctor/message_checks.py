@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchbot.plugin import Finding, LaserScan, Level, Pose, wrap_angle_rad
-from benchbot_robot_ros2.declaration import Timing
+from benchbot_robot_ros2.declaration_keys import Timing
 from benchbot_robot_ros2.doctor.live_watch import Stream
 from benchbot_robot_ros2.observing import longest_delay_s
 

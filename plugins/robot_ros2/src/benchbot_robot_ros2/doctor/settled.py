@@ -10,7 +10,8 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from benchbot.plugin import Level
-from benchbot_robot_ros2.declaration import Ros2Robot, Timing
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import Timing
 from benchbot_robot_ros2.doctor.live_watch import Stream, names
 from benchbot_robot_ros2.doctor.message_checks import DEVICES, freshness
 

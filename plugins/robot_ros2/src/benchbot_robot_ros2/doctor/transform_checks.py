@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 
 from benchbot.plugin import Finding, Level, Pose
-from benchbot_robot_ros2.declaration import LocalisedByTransforms, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import LocalisedByTransforms
 from benchbot_robot_ros2.doctor import message_checks
 from benchbot_robot_ros2.transforms import TransformTree, TwoTreesError
 

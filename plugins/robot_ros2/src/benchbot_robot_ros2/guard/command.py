@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
     from benchbot.plugin import MotionConfig
-    from benchbot_robot_ros2.declaration import Ros2Robot, Topic
+    from benchbot_robot_ros2.declaration import Ros2Robot
+    from benchbot_robot_ros2.declaration_keys import Topic
     from benchbot_robot_ros2.guard.velocity import GuardedVelocity
 
 PERIOD_S = 0.02

@@ -14,7 +14,8 @@ from typing import IO, NamedTuple, Self
 import msgspec
 
 from benchbot.plugin import BenchbotError, ExitCode, FailureClass, MotionConfig
-from benchbot_robot_ros2.declaration import MovedByNavigation, Ros2Robot
+from benchbot_robot_ros2.declaration import Ros2Robot
+from benchbot_robot_ros2.declaration_keys import MovedByNavigation
 from benchbot_robot_ros2.failures import safety_stop
 from benchbot_robot_ros2.guard import messages
 from benchbot_robot_ros2.guard.state import FIND_OUT, Trip

@@ -6,7 +6,7 @@ from contextlib import suppress
 import msgspec
 
 from benchbot.plugin import MotionConfig
-from benchbot_robot_ros2.declaration import Call, Safety, Topic
+from benchbot_robot_ros2.declaration_keys import Call, Safety, Topic
 from benchbot_robot_ros2.guard.state import Trip
 from benchbot_robot_ros2.ros import HERE, Graph
 

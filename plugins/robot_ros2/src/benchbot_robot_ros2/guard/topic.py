@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, FailureClass
-from benchbot_robot_ros2.declaration import Topic
+from benchbot_robot_ros2.declaration_keys import Topic
 from benchbot_robot_ros2.qos import node_name
 from benchbot_robot_ros2.ramp import Velocity
 

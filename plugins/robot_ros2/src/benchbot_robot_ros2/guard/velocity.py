@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from benchbot.plugin import BenchbotError, FailureClass, MotionConfig
-from benchbot_robot_ros2.declaration import DeadMan, Safety, Signal, Topic
+from benchbot_robot_ros2.declaration_keys import DeadMan, Safety, Signal, Topic
 from benchbot_robot_ros2.guard.state import FIND_OUT, GuardState, Trip
 from benchbot_robot_ros2.guard.topic import VelocityPublisher
 from benchbot_robot_ros2.ramp import REST
