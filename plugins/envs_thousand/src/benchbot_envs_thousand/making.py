@@ -64,7 +64,10 @@ def make(number: int) -> Path:
 
 def is_made(number: int) -> bool:
     """Return whether a place is in the user's cache; `make` finds out whether it is as it was frozen."""
-    return _folder(number).exists()
+    try:
+        return _folder(number).exists()
+    except OSError:
+        return False  # `make` says why it cannot be kept
 
 
 def _folder(number: int) -> Path:
