@@ -87,6 +87,16 @@ def room_by_night(path: Path) -> Path:
     return glb.write(path)
 
 
+def sill_above_a_slot(path: Path) -> Path:
+    """A wall of 2 x 0.9 m towards -y, a sill of 3 cm that lies 2 cm above it and juts out by 3 cm, closed behind."""
+    glb = Glb()
+    plaster = glb.material((0.8,) * 3)
+    glb.box("wall", (0.0, 0.0, 0.0), (2.0, 0.3, 0.9), plaster)
+    glb.box("sill", (0.0, -0.03, 0.92), (2.0, 0.35, 0.95), plaster)
+    glb.box("back", (0.0, 0.3, 0.0), (2.0, 0.35, 0.92), plaster)
+    return glb.write(path)
+
+
 def plaza(path: Path) -> Path:
     """A grey floor under the open sky with a pole of 1 m at the origin."""
     glb = Glb()

@@ -92,6 +92,32 @@ def test_light_on_the_outer_sill_stays_outdoors(tmp_path: Path, kernel_cache: Pa
     assert inside.max() < 0.1 * lighting.sun.irradiance[0]
 
 
+def test_the_open_skys_light_on_the_outer_sill_stays_outdoors(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.furnished_room(tmp_path / "room.glb", pane_color=(0.02, 0.02, 0.02)))
+    dull = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky(*[(1.0,) * 3] * 3), lamps=Lamps(on=()), exposure=1.0)
+    values = Renderer(scene, dull, cache_dir=kernel_cache).irradiance.cells.reshape(-1, CELL_STRIDE)
+    sill = values[(values[:, 5] > 0.9) & (np.abs(values[:, 2] - 0.9) < 0.02) & (np.abs(values[:, 0] - 1.6) < 0.3)]
+
+    inside, outside = sill[sill[:, 1] < 3.045], sill[sill[:, 1] > 3.055]
+
+    assert len(inside) > 0
+    assert len(outside) > 0
+    assert inside[:, 9].max() < 0.1
+    assert outside[:, 9].max() > 1.0
+
+
+def test_a_sunlit_sills_light_does_not_come_through_the_slot_below_it(tmp_path: Path, kernel_cache: Path) -> None:
+    """The sill's top and the bottom of the slot face the same way within a cell."""
+    scene = load_scene(rooms.sill_above_a_slot(tmp_path / "sill.glb"))
+    sun = Sun(azimuth_deg=90.0, elevation_deg=50.0)
+    lighting = Lighting(sun=sun, sky=Sky(*[(0.0,) * 3] * 3), exposure=1.0)
+    renderer = Renderer(scene, lighting, cache_dir=kernel_cache)
+
+    wall_below = renderer.render(looking((1.0, -0.5, 0.6), 90.0, 15.0), SMALL).rgb[20:]
+
+    assert wall_below.max() < 20
+
+
 def test_the_same_camera_gives_the_same_bytes_twice(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     first = Renderer(scene, Lighting(), cache_dir=kernel_cache, seed=3)

@@ -8,6 +8,7 @@ synthesis", 1993).
 import hashlib
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +16,12 @@ import numpy.typing as npt
 from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi import _ti, disk_cache, light_grid, surface_cells
 from benchbot_sim_taichi.colorimetry import LUMINANCE
+from benchbot_sim_taichi.kernels import cell_kinds
 from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 25
+VERSION = 26
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -76,14 +78,14 @@ def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int)
 def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     """Find the cells, light them, link them, and let light bounce until it has settled."""
     found = surface_cells.find(scene)
-    count = found.count
-    values = np.zeros(max(count, 1) * surface_cells.CELL_STRIDE, np.float32)
     near = light_grid.find(device, found.layout, *surface_cells.places(found, scene))
-    if count == 0:
-        return Irradiance(found.grid, values, found.layout, near)
+    if found.count == 0:
+        return Irradiance(found.grid, np.zeros(surface_cells.CELL_STRIDE, np.float32), found.layout, near)
+    vertices = _ti.upload(scene.vertices[scene.triangles].ravel())
+    found, values, apart = _by_kinds(found, device, vertices, seed)
+    count = found.count
     cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)
     samples, first = _ti.upload(found.samples), _ti.upload(found.first)
-    vertices = _ti.upload(scene.vertices[scene.triangles].ravel())
     direct = _ti.upload(np.zeros(count * 3, np.float32))
     kernels.light_cells(
         *device.tree,
@@ -94,6 +96,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         vertices,
         samples,
         first,
+        _ti.upload(apart),
         direct,
         cells,
         count,
@@ -136,3 +139,18 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         indirect, smoothed = smoothed, indirect
     kernels.finish_cells(cells, direct, indirect, count)
     return Irradiance(found.grid, _ti.download(cells), found.layout, near)
+
+
+def _by_kinds(
+    found: surface_cells.SurfaceCells, device: DeviceScene, vertices: Any, seed: int
+) -> tuple[surface_cells.SurfaceCells, FloatArray, IntArray]:
+    """Split cells by the kinds of their samples; returns also their dark values, and which are set apart."""
+    kinds = _ti.upload(np.zeros(int(found.first[-1]), np.int32))
+    samples = _ti.upload(found.samples)
+    scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, device.lights[0], device.lights[2])
+    cell_kinds.find_kinds(*scene_arrays, vertices, samples, kinds, int(found.first[-1]), seed)
+    split, kind, following = surface_cells.split(found, _ti.download(kinds))
+    values = np.zeros((split.count, surface_cells.CELL_STRIDE), np.float32)
+    values[:, 24], values[:, 25] = following, kind
+    apart = (kind == surface_cells.OUTDOORS) | (np.arange(split.count) >= found.count)
+    return split, values.ravel(), apart.astype(np.int32)

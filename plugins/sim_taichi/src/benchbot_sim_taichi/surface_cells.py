@@ -1,6 +1,6 @@
 """The cells that store irradiance: small cubes of space, one for each direction that a surface in them faces."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -9,9 +9,10 @@ from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi.bvh import usable
 from benchbot_sim_taichi.tables import triangle_areas
 
-CELL_STRIDE = 24
+CELL_STRIDE = 26
 SAMPLE_STRIDE = 4
 DIRECTIONS = 6
+OPEN, OUTDOORS, SLOT = range(3)  # kinds of points: in a room, before its panes, between surfaces close to each other
 MAX_SAMPLES_PER_CELL = 16
 MAX_GRID_ENTRIES = 24_000_000
 DEFAULT_CELL_SIZE_M = 0.10
@@ -70,6 +71,28 @@ def find(scene: SceneGeometry, cell_size_m: float = DEFAULT_CELL_SIZE_M) -> Surf
     chosen = order[np.repeat(start, kept) + rank * np.repeat(count, kept) // np.repeat(kept, kept)]
     layout = np.array([*origin, 1 / size, *shape, size], np.float32)
     return SurfaceCells(grid, keys.astype(np.int32), samples[chosen].ravel(), first.astype(np.int32), layout)
+
+
+def split(cells: SurfaceCells, kinds: IntArray) -> tuple[SurfaceCells, IntArray, IntArray]:
+    """Give samples of each kind in a cell a cell of their own; `kinds` are the samples', 0 and up.
+
+    The lowest kind keeps the cell's number, the others follow after all cells. Returns the kind of each cell, and the
+    next one in the same place, -1 if there is none.
+    """
+    place = np.repeat(np.arange(cells.count), np.diff(cells.first))
+    highest = int(kinds.max()) + 1
+    found, part = np.unique(place * highest + kinds, return_inverse=True)
+    place_of, kind_of = np.divmod(found, highest)
+    is_further = np.diff(place_of, prepend=-1) == 0
+    number = np.where(is_further, cells.count + np.cumsum(is_further) - 1, place_of)
+    following, kind = np.full(len(found), -1, np.int32), np.empty(len(found), np.int32)
+    following[number[:-1]] = np.where(is_further[1:], number[1:], -1)
+    kind[number] = kind_of
+    owner = number[part]
+    samples = cells.samples.reshape(-1, SAMPLE_STRIDE)[np.argsort(owner, kind="stable")].ravel()
+    first = np.concatenate([[0], np.cumsum(np.bincount(owner))]).astype(np.int32)
+    keys = np.concatenate([cells.keys, cells.keys[place_of[is_further]]])
+    return replace(cells, keys=keys, samples=samples, first=first), kind, following
 
 
 def places(cells: SurfaceCells, scene: SceneGeometry) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

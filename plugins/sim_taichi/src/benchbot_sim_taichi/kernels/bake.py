@@ -11,7 +11,7 @@ well spread rays (interleaved sampling: Keller and Heidrich, 2001).
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
-from benchbot_sim_taichi.kernels.cell_lookup import interpolate_cells, nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
 from benchbot_sim_taichi.kernels.cells import sample_point
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
@@ -350,7 +350,7 @@ def gather(
                         total = stored.irradiance
                         if not is_far:
                             total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
-                        cell = nearest_cell(grid, cells, layout, met, surface.face)
+                        cell = cell_met(grid, cells, layout, met, surface.face, ti.select(mirrors > 0, FAR, hit.t))
                         if cell >= 0:
                             total += load3(cells, cell * CELL_STRIDE + 9)
                         mirrored = mirrored_share(env, toward, surface.normal, surface)

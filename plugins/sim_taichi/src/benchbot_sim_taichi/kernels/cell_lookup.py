@@ -4,7 +4,9 @@
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import vec3
-from benchbot_sim_taichi.surface_cells import CELL_STRIDE
+from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SLOT
+
+SLOT_M = 0.05  # longer than slots are wide
 
 
 @ti.func
@@ -57,6 +59,26 @@ def nearest_cell(grid: ti.template(), cells: ti.template(), layout: ti.template(
                     if weight > best_weight:
                         best_weight = weight
                         best = cell
+    return best
+
+
+@ti.func
+def cell_met(grid: ti.template(), cells: ti.template(), layout: ti.template(), point, normal, distance):
+    """Return `nearest_cell`, or of the cells in its place the one in whose midst `point` lies.
+
+    A ray of `distance` metres met the point: from further than `SLOT_M` none meets what is in a slot.
+    """
+    best = nearest_cell(grid, cells, layout, point, normal)
+    if best >= 0:
+        other = ti.cast(cells[best * CELL_STRIDE + 24], ti.i32)
+        distance2 = (load3(cells, best * CELL_STRIDE) - point).norm_sqr()
+        while other >= 0:
+            away2 = (load3(cells, other * CELL_STRIDE) - point).norm_sqr()
+            kind = ti.cast(cells[other * CELL_STRIDE + 25], ti.i32)
+            if away2 < distance2 and (kind != SLOT or distance < SLOT_M):
+                best = other
+                distance2 = away2
+            other = ti.cast(cells[other * CELL_STRIDE + 24], ti.i32)
     return best
 
 

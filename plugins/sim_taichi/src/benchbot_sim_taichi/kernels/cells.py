@@ -1,13 +1,14 @@
 # mypy: ignore-errors
 """Irradiance stored in world-space cells: the passes that fill them once per environment.
 
-A cell is 24 values: mean position, mean normal, irradiance (all light), irradiance by way of other surfaces,
+A cell is 26 values: mean position, mean normal, irradiance (all light), irradiance by way of other surfaces,
 irradiance that arrives straight from windows and lamps, radiance that leaves it, albedo, openness to the sky, whether
-the sun is seen, how much it counts (the share of rays that did not start inside a solid; a tenth of it outdoors).
+the sun is seen, how much it counts (the share of rays that did not start inside a solid; a tenth of it where it is set
+apart), the next cell in the same place, -1 if there is none, and the kind of its points.
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.kernels.cell_lookup import cell_weight, nearest_cell
+from benchbot_sim_taichi.kernels.cell_lookup import cell_met, cell_weight
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
@@ -22,8 +23,7 @@ from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 OFFSET_M = 5e-4
 GAP_M = 0.25  # deeper than what lamps and furniture leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
-OUTDOORS_WEIGHT = 0.1
-OUTDOORS_RAYS = 4  # of each sample: to the sun, and about
+APART_WEIGHT = 0.1
 LINK_NONE = -1
 INV_PI = 0.31830988618379067
 
@@ -55,6 +55,7 @@ def light_cells(
     vertices: floats,
     samples: floats,
     first: ints,
+    apart: ints,
     direct: floats,
     cells: floats,
     count: ti.i32,
@@ -65,8 +66,7 @@ def light_cells(
     """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part.
 
     A point counts as far as it can be seen from beyond `GAP_M`: the ceiling right behind a lamp is very bright, but no
-    light gets from there into the room. Where panes keep a room from the sky, points that see the sky or the sun
-    without one are outdoors: they do not count beside others in their cell, nor do cells of nothing else beside others.
+    light gets from there into the room. Cells that are `apart` (1, else 0) count little beside others.
     """
     for cell in range(count):
         begin = first[cell]
@@ -78,23 +78,6 @@ def light_cells(
         sees_sun = False
         straight = vec3(0.0)
         scramble = hash_u32(cell ^ seed)
-        outdoors = 0  # a bit for each sample
-        for k in range(ti.select(portals > 0, OUTDOORS_RAYS * size, 0)):
-            number = k // OUTDOORS_RAYS
-            sample = begin + number
-            triangle = ti.cast(samples[sample * SAMPLE_STRIDE], ti.i32)
-            face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * samples[sample * SAMPLE_STRIDE + 3]
-            position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
-            out = cosine_direction(face, sobol_2d(k, hash_u32(scramble + 1)))
-            if k % OUTDOORS_RAYS == 0:
-                out = load3(env, 0)
-            if face.dot(out) > 0.0:
-                passed = sent(nodes, leaves, sheer_root, triangles, materials, texels, images, position, out, FAR)
-                if passed.share.max() > 0.0 and passed.panes == 0:
-                    outdoors |= 1 << number
-        is_outdoors = outdoors == (1 << size) - 1
-        if is_outdoors:
-            outdoors = 0
         weights = 0.0
         for k in range(points_per_cell):
             sample = begin + k % size
@@ -116,7 +99,7 @@ def light_cells(
             position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
             out = cosine_direction(face, sobol_2d(k, hash_u32(scramble)))
             around = trace(nodes, leaves, 0, position, out, GAP_M, True)
-            weight = ti.select(around.triangle >= 0 or (outdoors >> (k % size)) & 1 == 1, HIDDEN_WEIGHT, 1.0)
+            weight = ti.select(around.triangle >= 0, HIDDEN_WEIGHT, 1.0)
             weights += weight
             mean_position += weight * position
             mean_normal += weight * surface.normal
@@ -168,7 +151,7 @@ def light_cells(
             cells[cell * CELL_STRIDE + 18 + i] = ti.min(albedo[i] * scale, 0.95)
             direct[cell * 3 + i] = sun[i] * scale
         cells[cell * CELL_STRIDE + 22] = ti.cast(sees_sun, ti.f32)
-        cells[cell * CELL_STRIDE + 23] = ti.select(is_outdoors, OUTDOORS_WEIGHT, 1.0)
+        cells[cell * CELL_STRIDE + 23] = ti.select(apart[cell] == 1, APART_WEIGHT, 1.0)
 
 
 @ti.kernel
@@ -269,7 +252,7 @@ def link_cells(
                         counted = 0.0
                     else:
                         met = ti.select(met.dot(direction) > 0.0, negated(met), met)
-                        link = nearest_cell(grid, cells, layout, position + direction * solid.t, met)
+                        link = cell_met(grid, cells, layout, position + direction * solid.t, met, solid.t)
                 # Sky that is seen through a pane counts as direct light.
                 elif portals == 0 or passed.panes == 0 or is_mirrored:
                     sum_sky += passed.share * sky_radiance(env, direction)
@@ -328,7 +311,10 @@ def smooth_cells(
     count: ti.i32,
     step: ti.i32,
 ):
-    """Average 3 values per cell over coplanar neighbours, `step` cells apart (à-trous: Dammertz et al., 2010)."""
+    """Average 3 values per cell over coplanar neighbours, `step` cells apart (à-trous: Dammertz et al., 2010).
+
+    Further cells of a place keep their own.
+    """
     nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
     for cell in range(count):
         key = keys[cell]
@@ -341,7 +327,7 @@ def smooth_cells(
         normal = load3(cells, base + 3)
         total = vec3(0.0)
         weight_sum = 0.0
-        for k in range(125):
+        for k in range(ti.select(grid[key] == cell, 125, 0)):
             dx, dy, dz = k % 5 - 2, k // 5 % 5 - 2, k // 25 - 2
             x, y, z = x0 + dx * step, y0 + dy * step, z0 + dz * step
             if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:

@@ -1,0 +1,62 @@
+# mypy: ignore-errors
+"""Kinds of points on surfaces that may lie in one cell and get quite different light; `surface_cells` names them."""
+
+from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi.kernels.cell_lookup import SLOT_M
+from benchbot_sim_taichi.kernels.cells import OFFSET_M, sample_point
+from benchbot_sim_taichi.kernels.panes import sent
+from benchbot_sim_taichi.kernels.sampling import cosine_direction, hash_u32, sobol_2d
+from benchbot_sim_taichi.kernels.surface import load3
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace
+from benchbot_sim_taichi.surface_cells import OPEN, OUTDOORS, SAMPLE_STRIDE, SLOT
+from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
+
+SLOT_RAYS = 6
+LEAST_OUT = 2  # of them, where a sample is in no slot
+OUTDOORS_RAYS = 8  # one to the sun, the others about
+
+
+@ti.kernel
+def find_kinds(
+    nodes: floats,
+    leaves: floats,
+    sheer_root: ti.i32,
+    triangles: floats,
+    materials: floats,
+    texels: ints,
+    images: ints,
+    env: floats,
+    portals: ti.i32,
+    vertices: floats,
+    samples: floats,
+    kinds: ints,
+    count: ti.i32,
+    seed: ti.i32,
+):
+    """Fill `kinds` with the kinds of all samples.
+
+    Those from which hardly a ray gets further than `SLOT_M` are in a slot, as between a sill and the wall below it.
+    Where panes keep a room from the sky, others that see the sky or the sun without one are outdoors.
+    """
+    for sample in range(count):
+        triangle = ti.cast(samples[sample * SAMPLE_STRIDE], ti.i32)
+        face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * samples[sample * SAMPLE_STRIDE + 3]
+        position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
+        scramble = hash_u32(sample ^ hash_u32(seed + 1))
+        gets_out = 0
+        for k in range(SLOT_RAYS):
+            if gets_out < LEAST_OUT:
+                out = cosine_direction(face, sobol_2d(k, scramble))
+                around = trace(nodes, leaves, 0, position, out, SLOT_M, True)
+                gets_out += ti.cast(around.triangle < 0, ti.i32)
+        kind = ti.select(gets_out < LEAST_OUT, SLOT, OPEN)
+        for k in range(ti.select(portals > 0 and kind == OPEN, OUTDOORS_RAYS, 0)):
+            if kind == OPEN:
+                out = cosine_direction(face, sobol_2d(k, scramble))
+                if k == 0:
+                    out = load3(env, 0)
+                if face.dot(out) > 0.0:
+                    passed = sent(nodes, leaves, sheer_root, triangles, materials, texels, images, position, out, FAR)
+                    if passed.share.max() > 0.0 and passed.panes == 0:
+                        kind = OUTDOORS
+        kinds[sample] = kind
