@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plugins.sim_taichi.tests.glb import Glb
+from plugins.sim_taichi.tests.glb import Glb, sphere
 
 
 def checkers(first: tuple[int, int, int], second: tuple[int, int, int]) -> np.ndarray:
@@ -94,6 +94,18 @@ def sill_above_a_slot(path: Path) -> Path:
     glb.box("wall", (0.0, 0.0, 0.0), (2.0, 0.3, 0.9), plaster)
     glb.box("sill", (0.0, -0.03, 0.92), (2.0, 0.35, 0.95), plaster)
     glb.box("back", (0.0, 0.3, 0.0), (2.0, 0.35, 0.92), plaster)
+    return glb.write(path)
+
+
+def ball_of_two_shells(path: Path) -> Path:
+    """A ball of 20 cm radius at the origin, with another of the same object 16 mm below it; both are sheets."""
+    glb = Glb()
+    sheet = glb.material((0.6,) * 3)
+    glb.materials[sheet]["doubleSided"] = True
+    vertices, triangles, normals = sphere(48)
+    shells = np.concatenate([vertices * 0.184, vertices * 0.2])
+    both = np.concatenate([triangles, triangles + len(vertices)])
+    glb.add("ball", shells, both, sheet, normals=np.concatenate([normals, normals]))
     return glb.write(path)
 
 

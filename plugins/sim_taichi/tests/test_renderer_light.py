@@ -118,6 +118,17 @@ def test_a_sunlit_sills_light_does_not_come_through_the_slot_below_it(tmp_path: 
     assert wall_below.max() < 20
 
 
+def test_an_inner_shell_does_not_darken_the_outer_one(tmp_path: Path, kernel_cache: Path) -> None:
+    scene = load_scene(rooms.ball_of_two_shells(tmp_path / "ball.glb"))
+    even = Sky(*[(1.0,) * 3] * 3)
+    lighting = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=even, exposure=0.2)
+    renderer = Renderer(scene, lighting, cache_dir=kernel_cache)
+
+    ball = renderer.render(looking((-0.4, 0.0, 0.0), 0.0), SMALL).rgb[17:37, 38:58]
+
+    assert ball.mean() > 0.9 * ball.max()
+
+
 def test_the_same_camera_gives_the_same_bytes_twice(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     first = Renderer(scene, Lighting(), cache_dir=kernel_cache, seed=3)

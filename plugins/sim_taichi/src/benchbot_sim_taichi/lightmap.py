@@ -75,7 +75,7 @@ def none(scene: SceneGeometry) -> Lightmap:
 def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, seed: int) -> Lightmap:
     """Find the nodes, trace rays from them, and smooth what they found."""
     from benchbot_sim_taichi.kernels import bake as kernels
-    from benchbot_sim_taichi.kernels import smoothing
+    from benchbot_sim_taichi.kernels import glow, smoothing
 
     found = charts.find(scene)
     places, index = _ti.upload(found.places), _ti.upload(found.index)
@@ -92,7 +92,7 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     for run in _runs(count, "the simulator lights surfaces"):
         kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
     smoothing.finish(raw, raw, charted, index, *links, light, count)
-    kernels.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
+    glow.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
     for run in _runs(count, "the simulator lights surfaces by way of others"):
         kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)

@@ -10,15 +10,14 @@ well spread rays (interleaved sampling: Keller and Heidrich, 2001).
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
+from benchbot_sim_taichi.charts import NODE_STRIDE
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
 from benchbot_sim_taichi.kernels.cells import sample_point
-from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
-from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored, pane_reflectance
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import (
     ONE_OVER_2_32,
     cone_direction,
@@ -197,36 +196,6 @@ def light_directly(
         raw[at + 11] = ti.select(is_hidden, HIDDEN_WEIGHT, 1.0)
 
 
-@ti.kernel
-def find_glow(
-    triangles: floats,
-    materials: floats,
-    texels: ints,
-    images: ints,
-    env: floats,
-    vertices: floats,
-    samples: floats,
-    charted: ints,
-    raw: floats,
-    glow: floats,
-    count: ti.i32,
-):
-    """Fill `glow` (3 per node) with the radiance that nodes send of the sunshine on them."""
-    for node in range(count):
-        here = node_at(triangles, vertices, samples, charted, node)
-        base = node * SAMPLE_STRIDE
-        triangle = ti.cast(samples[base], ti.i32)
-        u, v = samples[base + 1], samples[base + 2]
-        surface = surface_at(triangles, materials, texels, images, triangle, u, v, negated(here.face), NODE_M)
-        sun = raw[node * RAW_STRIDE + 10] * ti.max(here.normal.dot(load3(env, 0)), 0.0)
-        lit = load3(env, 3) * sun
-        mirrored = mean_mirrored(env, surface.specular, surface.roughness)
-        sent_on = surface.diffuse * (vec3(1.0) - mirrored)
-        sent_on += mirrored_share(env, negated(load3(env, 0)), here.normal, surface)
-        for i in ti.static(range(3)):
-            glow[node * 3 + i] = sent_on[i] * lit[i] * INV_PI
-
-
 @ti.func
 def patch_below(shares: ti.template(), first, last, number):
     """Return the first entry from `first` to `last` that `number` is not above."""
@@ -395,7 +364,9 @@ def gather(
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI)
             raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + from_patches[i]
         raw[at + 9] = open_share * scale
-        raw[at + 11] = 1.0
+        # A node that is no chart's may lie between two shells of a thing, and lattices of the outer one share it.
+        is_between = here.times == 1 and open_share == 0.0
+        raw[at + 11] = ti.select(is_between, HIDDEN_WEIGHT, 1.0)
         if is_hidden:
             for i in ti.static(range(3)):
                 raw[at + i] = stored.total[i]
