@@ -80,7 +80,7 @@ def test_places_that_are_made_by_several_processes_at_once_are_the_same(
 
 
 def test_the_scene_that_a_place_comes_with_is_that_of_its_layout(tmp_path: Path) -> None:
-    made, _ = write(places()[905], tmp_path)  # of which an orange was taken away, since nothing shows it
+    made, _ = write(places()[904], tmp_path)  # of which a cup was taken away, since nothing shows it
     (tmp_path / "scene.glb").write_bytes(compose(made.layout))
     composed = load_scene(tmp_path / "scene.glb")
     assert made.scene is not None
