@@ -79,7 +79,7 @@ def _write_package(folder: Path, numbers: list[int]) -> None:
     for split, among in SPLITS.items():
         batch = {"name": f"{NAME}_{split}", "environments": [f"{NAME}_{number}:1" for number in among]}
         (PACKAGE / "batches" / f"{split}.yaml").write_text(yaml.safe_dump(batch, sort_keys=False), "utf-8")
-    _sheet(folder, numbers).save(POSTER, quality=60, optimize=True)
+    _sheet(folder, numbers).save(POSTER, quality=45, optimize=True)
     tell(NAME, [Checked(**one["checked"]) for one in kept])
     print(f"  seeds that gave no sound place: {sum(len(one['refused']) for one in kept)}")
 

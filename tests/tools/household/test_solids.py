@@ -10,7 +10,7 @@ from tools.household.implicit import Field, ball, cut, limb, smooth_union, surfa
 from tools.household.model import Mesh
 from tools.household.planks import board
 
-lengths = st.floats(0.01, 3.0)
+lengths = st.floats(0.02, 3.0)
 
 
 def _solid(mesh: Mesh) -> trimesh.Trimesh:
