@@ -81,9 +81,14 @@ def positive(covariance: Any, size: int) -> list[str]:
 
 
 def stamped(heard: Heard, messages: Messages, rate: tuple[float, float] | None = None) -> list[str]:
-    """Check the frames and the rate of messages with headers; the newest transforms may still be under way."""
+    """Check the frames and the rate of messages with headers; the newest transforms may still be under way.
+
+    Each topic is discovered by itself: tf2 drops what is older than the first transforms that it hears.
+    """
     complaints = []
+    known_s = max((min(stamps_s) for stamps_s in heard.moving.values()), default=-math.inf)
     settled = [m for m in messages if seconds(m.header.stamp) < seconds(heard.topics["/odom"][-1].header.stamp) - 0.2]
+    settled = [message for message in settled if seconds(message.header.stamp) >= known_s]
     for message in settled[WARM_UP:]:
         complaints += heard.complaints_of_frame(message.header.frame_id, seconds(message.header.stamp))
     if len(settled) <= WARM_UP + 1:
