@@ -125,3 +125,27 @@ def test_a_window_to_a_narrow_yard_lights_its_room_and_a_screen_before_a_window_
     seen = renderer.render(pose, camera).rgb.astype(float)
     wanted = camera_response.srgb_bytes(camera_response.filmic(paths)).astype(float)
     assert seen.mean((0, 1)) == pytest.approx(wanted.mean((0, 1)), abs=6)
+
+
+def test_sunshine_that_a_pane_mirrors_leaves_no_dapples(tmp_path: Path, kernel_cache: Path) -> None:
+    """The sun falls on a sill alone; few rays from the wall beside it are mirrored there by the pane above it."""
+    glb = Glb()
+    white = glb.material((0.8,) * 3)
+    for name, low, high in (
+        ("floor", (0, 0, -0.1), (3, 3.1, 0)),
+        ("ceiling", (0, 0, 2.5), (3, 3.1, 2.6)),
+        ("left", (-0.1, 0, 0), (0, 3.1, 2.6)),
+        ("right", (3, 0, 0), (3.1, 3.1, 2.6)),
+        ("back", (0, -0.1, 0), (3, 0, 2.6)),
+        ("below", (0, 2.7, 0), (3, 3.1, 1)),
+        ("above", (0, 2.7, 1.8), (3, 3.1, 2.6)),
+        ("beside", (0, 2.7, 0), (1, 3.1, 2.6)),
+    ):
+        glb.box(name, low, high, white)
+    corners = np.array([[1, 3.05, 1], [3, 3.05, 1], [3, 3.05, 1.8], [1, 3.05, 1.8]], float)
+    glb.add("pane", corners, np.array([[0, 1, 2], [0, 2, 3]]), glb.material((1, 1, 1), glass=True))
+    sun = Lighting(sun=Sun(azimuth_deg=90, elevation_deg=70, irradiance=(50, 50, 50)), sky=BLACK)
+    renderer = Renderer(load_scene(glb.write(tmp_path / "sill.glb")), sun, cache_dir=kernel_cache)
+    seen = renderer.render(looking((1.5, 1.5, 1.4), 180.0), Intrinsics.from_horizontal_fov(64, 64, 60.0)).rgb[..., 1]
+    tiles = seen.astype(float).reshape(8, 8, 8, 8)
+    assert (tiles.max((1, 3)) - tiles.min((1, 3))).max() <= 12  # the slope is 8

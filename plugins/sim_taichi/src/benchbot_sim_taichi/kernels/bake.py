@@ -314,10 +314,11 @@ def gather(
                         is_far = False
                     else:
                         met = origin + toward * hit.t
-                        is_far = hit.t > NEAR_M
+                        # Few rays are mirrored by panes: what they meet is noise unless averaged as light from afar.
+                        is_far = mirrors > 0 or hit.t > NEAR_M
                         stored = stored_light(places, index, light, triangles, hit, surface.face)
                         total = stored.irradiance
-                        if not is_far:
+                        if mirrors > 0 or hit.t <= NEAR_M:
                             total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         cell = cell_met(grid, cells, layout, met, surface.face, ti.select(mirrors > 0, FAR, hit.t))
                         if cell >= 0:
@@ -335,6 +336,7 @@ def gather(
         counted = ti.cast(rays, ti.f32)
         scale = 1.0 / ti.max(counted - backs, 1.0)
         from_patches = vec3(0.0)
+        largest = vec3(0.0)
         taken = ti.select(clusters > 0 and rays > 0, PATCHES * here.times, 0)
         row = 0
         if clusters > 0:
@@ -357,7 +359,13 @@ def gather(
                         nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, distance
                     )
                     weight = received * given / (distance2 * chosen.share * ti.cast(taken, ti.f32))
-                    from_patches += passed.share * load3(colors, patch * 3) * weight
+                    found = passed.share * load3(colors, patch * 3) * weight
+                    from_patches += found
+                    if found.max() > largest.max():
+                        largest = found
+        # A patch that is chosen once in thousands of nodes would be a bright spot: one counts as all else at most.
+        all_else = from_patches - largest + (near_light + far_light) * (scale / INV_PI)
+        from_patches += largest * (ti.min(all_else.max() / ti.max(largest.max(), 1e-9), 1.0) - 1.0)
         is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
         for i in ti.static(range(3)):
