@@ -87,7 +87,7 @@ HALVES = (16, 8, 4, 2, 1)
 
 
 @ti.func
-def distance_m(
+def clearance_m(
     world,
     x,
     y,
@@ -100,7 +100,7 @@ def distance_m(
     shared: ti.template(),
     threads: ti.template(),
 ):
-    """Distance from a point to the nearest edge of a world, searched by `threads` of a block that all call it."""
+    """Room around a robot at a point to the nearest edge of a world; all `threads` of a block call it together."""
     at = world * MAP_STRIDE
     column = ti.cast(ti.floor(x / numbers[CELL_SIZE_M]), ti.i32) - maps[at]
     row = ti.cast(ti.floor(y / numbers[CELL_SIZE_M]), ti.i32) - maps[at + 1]
@@ -127,7 +127,7 @@ def distance_m(
             ti.simt.block.sync()
         nearest = shared[0]
         ti.simt.block.sync()
-    return ti.sqrt(nearest)
+    return ti.sqrt(nearest) - numbers[RADIUS_M]
 
 
 @ti.func
@@ -307,10 +307,7 @@ def execute(
                         is_checked = 0
                     else:
                         known_x, known_y = x, y
-                        known_m = (
-                            distance_m(world, x, y, maps, starts, near, edges, numbers, thread, shared, threads)
-                            - numbers[RADIUS_M]
-                        )
+                        known_m = clearance_m(world, x, y, maps, starts, near, edges, numbers, thread, shared, threads)
                         if known_m > reach_m:
                             is_checked = 0
 
@@ -351,10 +348,9 @@ def execute(
                         free_m = known_m - ti.sqrt(away_x * away_x + away_y * away_y)
                         if not free_m > 0.0:
                             known_x, known_y = next_x, next_y
-                            known_m = distance_m(
+                            known_m = clearance_m(
                                 world, next_x, next_y, maps, starts, near, edges, numbers, thread, shared, threads
                             )
-                            known_m -= numbers[RADIUS_M]
                             free_m = known_m
                         if free_m < 0.0:
                             is_hit = 1
@@ -363,7 +359,7 @@ def execute(
                                 while ti.sqrt(away_x * away_x + away_y * away_y) > numbers[CONTACT_TOLERANCE_M]:
                                     known_x, known_y = (new_x + next_x) / 2.0, (new_y + next_y) / 2.0
                                     middle_yaw = (new_yaw + next_yaw) / 2.0
-                                    known_m = distance_m(
+                                    known_m = clearance_m(
                                         world,
                                         known_x,
                                         known_y,
@@ -376,7 +372,6 @@ def execute(
                                         shared,
                                         threads,
                                     )
-                                    known_m -= numbers[RADIUS_M]
                                     if known_m < 0.0:
                                         next_x, next_y, next_yaw = known_x, known_y, middle_yaw
                                     else:
