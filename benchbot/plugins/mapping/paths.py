@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchbot.plugins.mapping.occupancy import Cell, Mask
 
@@ -39,6 +40,26 @@ def shortest_path(drivable: Mask, start: Cell, goal: Cell) -> list[Cell]:
                 came_from[neighbour] = cell
                 heapq.heappush(waiting, (length + _at_least(neighbour, goal), neighbour))
     return []
+
+
+def way_lengths(drivable: Mask, start: Cell) -> NDArray[np.float64]:
+    """Return the length in cells of the `shortest_path` from start to each cell; infinite where there is none."""
+    # Most solutions that import this module drive nowhere, and scipy takes as long to import as all else.
+    from scipy import sparse
+    from scipy.sparse import csgraph
+
+    free = np.pad(drivable, 1)
+    numbers = np.arange(free.size).reshape(free.shape)
+    here = numbers[1:-1, 1:-1]
+    edges: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]] = []
+    for i, j, step in NEIGHBOURS:
+        passable = free & np.roll(free, (-i, -j), (0, 1)) & np.roll(free, -i, 0) & np.roll(free, -j, 1)
+        from_cells = here[passable[1:-1, 1:-1]]
+        edges.append((from_cells, from_cells + i * free.shape[1] + j, np.full(len(from_cells), step)))
+    starts, ends, steps = (np.concatenate(column) for column in zip(*edges, strict=True))
+    graph = sparse.csr_array((steps, (starts, ends)), shape=(free.size, free.size))
+    lengths: NDArray[np.float64] = csgraph.dijkstra(graph, indices=numbers[start[0] + 1, start[1] + 1])
+    return lengths.reshape(free.shape)[1:-1, 1:-1]
 
 
 def first_corner(drivable: Mask, path: Sequence[Cell]) -> Cell:

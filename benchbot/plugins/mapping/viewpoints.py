@@ -13,8 +13,12 @@ from numpy.typing import NDArray
 
 from benchbot.plugin import CameraModel
 from benchbot.plugins.mapping.occupancy import Cell, Mask, OccupancyGrid, Point
+from benchbot.plugins.mapping.paths import way_lengths
 
 RAYS = 120
+"""The rays all around of a viewpoint that is weighed."""
+FINE_RAYS = 4 * RAYS
+"""Those of a look, which are the same and more, so that it shows whatever the viewpoint was weighed by."""
 SPACING_M = 0.25
 DISCOUNT_PER_M = 0.35
 
@@ -46,18 +50,20 @@ class Viewpoint:
 
 def look(grid: OccupancyGrid, position: Point, heading_rad: float, sight: Sight) -> None:
     """Mark the cells that are seen from here as looked at."""
-    half = sight.field_of_view_rad / 2
-    angles = heading_rad + np.linspace(-half, half, RAYS, dtype=np.float64)
+    angles = np.arange(FINE_RAYS) * (2 * math.pi / FINE_RAYS)
+    aside_rad = np.abs((angles - heading_rad + math.pi) % (2 * math.pi) - math.pi)
+    angles = angles[aside_rad <= sight.field_of_view_rad / 2]
     i, j, seen = _rays(grid, np.array([grid.cell(position)]), angles, sight)
     grid.looked_at[i[seen], j[seen]] = True
 
 
 def best_viewpoint(grid: OccupancyGrid, drivable: Mask, robot: Cell, sight: Sight, least_gain: int) -> Viewpoint | None:
-    """Return the best reachable viewpoint, or None when no frontier is left: none shows `least_gain` new cells."""
-    from scipy import ndimage
+    """Return the best reachable viewpoint, or None when no frontier is left that is worth the way.
 
-    labels, _ = ndimage.label(drivable, np.ones((3, 3)))
-    reachable = (labels == labels[robot]) & drivable
+    One that is worth it shows `least_gain` new cells, and as many more for each metre to it.
+    """
+    ways_m = way_lengths(drivable, robot) * grid.resolution_m
+    reachable = np.isfinite(ways_m) & drivable
     stride = max(1, round(SPACING_M / grid.resolution_m))
     on_raster = np.zeros_like(reachable)
     on_raster[robot[0] % stride :: stride, robot[1] % stride :: stride] = True
@@ -72,8 +78,8 @@ def best_viewpoint(grid: OccupancyGrid, drivable: Mask, robot: Cell, sight: Sigh
     width = max(1, round(sight.field_of_view_rad / (2 * math.pi) * RAYS))
     gains = _circular_window(new, width)
     best = gains.max(axis=1)
-    away_m = np.hypot(*(candidates - robot).T) * grid.resolution_m
-    worth = np.where(best >= least_gain, best * np.exp(-DISCOUNT_PER_M * away_m), 0.0)
+    away_m = ways_m[tuple(candidates.T)]
+    worth = np.where(best >= least_gain * (1 + away_m), best * np.exp(-DISCOUNT_PER_M * away_m), 0.0)
     chosen = int(np.argmax(worth))
     if worth[chosen] <= 0:
         return None

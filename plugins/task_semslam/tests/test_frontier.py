@@ -1,8 +1,9 @@
 """The exploring example, in two rooms with a door between them, with a robot that does as it is told."""
 
+import itertools
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,14 +24,15 @@ WORLD = [*TWO_ROOMS, CHAIR, TABLE]
 class Robot:
     """Moves without error, and stops where it would touch a box."""
 
-    def __init__(self) -> None:
-        self.pose = Pose.planar(0, 0.5, 0)
+    def __init__(self, world: Sequence[Box] = WORLD, x: float = 0.0, y: float = 0.5) -> None:
+        self.world = world
+        self.pose = Pose.planar(x, y, 0)
 
     def observe(self) -> Observations:
         lidar = self.pose @ Pose((0, 0, 0.6))
         camera = self.pose @ Pose((0, 0, 1.0)) @ OPTICAL
-        frame = observe(WORLD, camera)
-        frame["laser"] = scan(WORLD, lidar)
+        frame = observe(self.world, camera)
+        frame["laser"] = scan(self.world, lidar)
         frame["poses"] |= {"base_link": self.pose.record("map"), "lidar": lidar.record("map")}
         return frame
 
@@ -46,7 +48,7 @@ class Robot:
     def clearance_m(self, pose: Pose) -> float:
         x, y, _ = pose.translation_xyz
         return min(
-            math.hypot(max(low[0] - x, x - high[0], 0), max(low[1] - y, y - high[1], 0)) for _, low, high in WORLD
+            math.hypot(max(low[0] - x, x - high[0], 0), max(low[1] - y, y - high[1], 0)) for _, low, high in self.world
         )
 
 
@@ -92,6 +94,25 @@ def test_it_stops_when_its_steps_are_used_up_and_begins_anew_in_the_next_scene()
     assert len(list(explore(agent, Robot()))) == 5
     assert not agent.is_done(ActionResult.SUCCESS)
     assert agent.is_done(ActionResult.COLLISION)
+
+
+def test_it_does_not_shuttle_between_far_rooms() -> None:
+    """In two rooms side by side whose doors are at the far ends of a corridor: near by air, far to drive."""
+    world: list[Box] = [
+        (0, (-2.6, -1.5, 0), (-2.5, 3.0, 2)),
+        (0, (2.5, -1.5, 0), (2.6, 3.0, 2)),
+        (0, (-2.6, -1.5, 0), (2.6, -1.4, 2)),
+        (0, (-2.6, 3.0, 0), (2.6, 3.1, 2)),
+        (0, (-0.05, 0.0, 0), (0.05, 3.0, 2)),
+        (0, (-1.5, -0.1, 0), (1.5, 0.0, 2)),
+    ]
+    poses = explore(FrontierMapper(RADIUS_M, "base_link"), Robot(world, -1.2, 1.5))
+    places = [pose.translation_xyz for pose in poses]
+
+    rooms = ["corridor" if y < 0 else "left" if x < 0 else "right" for x, y, _ in places]
+    visits = [room for room, _ in itertools.groupby(rooms)]
+    assert "right" in visits
+    assert len(visits) <= len(["left", "corridor", "right", "corridor", "left"])
 
 
 def test_where_it_is_stopped_it_does_not_try_again() -> None:

@@ -9,7 +9,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from benchbot.plugins.mapping.occupancy import Cell, Mask
-from benchbot.plugins.mapping.paths import NEIGHBOURS, first_corner, shortest_path, straight_line_is_free
+from benchbot.plugins.mapping.paths import (
+    NEIGHBOURS,
+    first_corner,
+    shortest_path,
+    straight_line_is_free,
+    way_lengths,
+)
 
 SIZE = 8
 Grids = arrays.arrays(bool, (SIZE, SIZE), elements=st.booleans())
@@ -52,6 +58,17 @@ def test_a_path_is_free_connected_and_shortest(drivable: Mask) -> None:
     assert all(drivable[cell] for cell in path)
     assert all(math.dist(one, other) < 1.5 for one, other in itertools.pairwise(path))
     assert math.isclose(length(path) if path else math.inf, true_length(drivable))
+
+
+@given(Grids)
+@settings(max_examples=20)
+def test_ways_are_as_long_as_shortest_paths(drivable: Mask) -> None:
+    drivable[0, 0] = True
+    lengths = way_lengths(drivable, (0, 0))
+
+    for goal in np.ndindex(drivable.shape):
+        path = shortest_path(drivable, (0, 0), (goal[0], goal[1]))
+        assert math.isclose(lengths[goal], length(path) if path else math.inf)
 
 
 def test_there_is_no_way_into_a_closed_room() -> None:

@@ -129,3 +129,45 @@ def test_the_sight_of_a_camera_is_that_of_its_model() -> None:
 
     assert sight.field_of_view_rad == pytest.approx(math.pi / 2)
     assert sight.near_m == pytest.approx(1.0), "the lowest row looks down by as much as the camera is high"
+
+
+def test_what_is_near_across_a_wall_is_far() -> None:
+    """Two places are not looked at: one behind the screen, 1.2 m from the robot, and one 2.8 m ahead of it."""
+    grid = room()
+    grid.looked_at[:] = True
+    for place in ((1.8, 0.0), (-2.2, 0.0)):
+        i, j = grid.cell(place)
+        grid.looked_at[i - 8 : i + 9, j - 8 : j + 9] = False
+    robot = (0.6, 0.0)
+    chosen = best_viewpoint(
+        grid, grid.drivable(0.2, robot), grid.cell(robot), Sight(math.pi / 2, near_m=0.1, far_m=1.0), least_gain=50
+    )
+
+    assert chosen is not None
+    assert grid.center(chosen.cell)[0] < robot[0]
+
+
+@cache
+def posts() -> OccupancyGrid:
+    """A clear floor within two rings of posts, scanned from its middle."""
+    posts: list[Box] = [
+        (0, (x - 0.02, y - 0.02, 0.0), (x + 0.02, y + 0.02, 1.0))
+        for radius_m, count in ((1.0, 40), (1.4, 70))
+        for x, y in ((radius_m * math.cos(t), radius_m * math.sin(t)) for t in np.arange(count) * 2 * math.pi / count)
+    ]
+    grid = OccupancyGrid((0, 0), size_m=8)
+    lidar = Pose.planar(0, 0, 0, z=0.5)
+    grid.add_laser(scan(posts, lidar, beams=1440), lidar.record("map"))
+    return grid
+
+
+def test_a_look_shows_all_that_the_viewpoint_was_weighed_by() -> None:
+    """What is looked at once is not chosen again, though it is seen through gaps between posts only."""
+    grid = posts()
+    drivable, robot = grid.drivable(0.2, (0, 0)), grid.cell((0, 0))
+    chosen = set()
+    while viewpoint := best_viewpoint(grid, drivable, robot, SIGHT, least_gain=1):
+        assert (viewpoint.cell, viewpoint.heading_rad) not in chosen
+        chosen.add((viewpoint.cell, viewpoint.heading_rad))
+        look(grid, grid.center(viewpoint.cell), viewpoint.heading_rad, SIGHT)
+    assert chosen

@@ -1,7 +1,8 @@
 """Autonomous exploration: look around, then drive to unseen places, and map objects on the way.
 
 Laser and depth say where the floor is free, the camera's field of view where the robot has looked. The next viewpoint
-is the one that shows most beyond the frontier; A* finds the way to it. It ends when no frontier is left.
+is the one that shows most beyond the frontier for the length of the way to it, which A* finds. It ends when no frontier
+is left that is worth the way.
 """
 
 import argparse
@@ -31,12 +32,13 @@ from benchbot.mapping import (
 
 Move = tuple[str, dict[str, float]]
 
-STEP_BUDGET = 200
-LEAST_GAIN_M2 = 0.25
+STEP_BUDGET = 300
+LEAST_GAIN_M2 = 0.05
+"""The area that a viewpoint must show, and as much more for each metre of the way to it."""
 OBSTACLE_HEIGHT_M = (0.05, 1.15)
 OBSTACLE_REACH_M = 3.5
 MARGIN_M = 0.08
-LONGEST_DRIVE_M = 1.0
+LONGEST_DRIVE_M = 2.0
 HEADING_TOLERANCE_RAD = math.radians(4)
 STAY: Move = ("move_angle", {"angle": 0.0})
 
