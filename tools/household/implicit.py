@@ -14,6 +14,7 @@ import numpy as np
 
 from tools.household.meshing import build
 from tools.household.model import Floats, Mesh
+from tools.household.simplify import simplified
 
 Field: TypeAlias = Callable[[Floats], Floats]
 
@@ -84,8 +85,8 @@ def without(field: Field, other: Field, blend_m: float) -> Field:
     return carved
 
 
-def surface(field: Field, low: Sequence[float], high: Sequence[float], cell_m: float) -> Mesh:
-    """The zero surface within a box, with triangles of about `cell_m`."""
+def surface(field: Field, low: Sequence[float], high: Sequence[float], cell_m: float, most: int | None = None) -> Mesh:
+    """The zero surface within a box, with triangles of about `cell_m`, and at most so many where `most` says."""
     axes = [np.arange(first - cell_m, last + 2 * cell_m, cell_m) for first, last in zip(low, high, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     values = field(grid.reshape(-1, 3)).reshape(grid.shape[:3])
@@ -94,6 +95,8 @@ def surface(field: Field, low: Sequence[float], high: Sequence[float], cell_m: f
     triangles = np.concatenate([_faces(inside, number, axis) for axis in range(3)])
     for _ in range(3):
         vertices = vertices - field(vertices)[:, None] * _gradient(field, vertices, cell_m * 0.1)
+    if most is not None:
+        vertices, triangles = simplified(vertices, triangles, most)
     return build(vertices, triangles.astype(np.int32), crease_deg=75.0, grain="z")
 
 

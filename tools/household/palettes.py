@@ -127,6 +127,9 @@ PALETTES: dict[str, list[dict[str, Any]]] = {
     "mats": [{"textures": ["own"], "colors": ["#ffffff", "#e6dfd0", "#8f9a94", "#3b3d40", "#d6c2b0"]}],
     "prints upright": [{"textures": PRINTS, "colors": _PRINT_TINTS, "windows": _UPRIGHT, "roughness": 0.55}],
     "prints lying": [{"textures": PRINTS, "colors": _PRINT_TINTS, "windows": _LYING, "roughness": 0.55}],
+    "shoes": [
+        {"colors": ["#5d7488", "#2b2a29", "#7a4b2c", "#d9d4c8", "#6f3038", "#4f5a45", "#a07a4c"], "roughness": 0.55}
+    ],
     "skin": [{"colors": ["#e9c1a3", "#c9926e", "#8a5a3e", "#5c3b29", "#d9a987"], "roughness": 0.6}],
     "clothes": [{"textures": ["own"], "colors": ["#ffffff", "#c9b6a0", "#8fa6c9", "#b9c9a9", "#d9a6a6", "#8c8c8c"]}],
 }

@@ -1,29 +1,33 @@
-"""People, clothed, standing or sitting; they face +x, their soles at z = 0.
+"""People, clothed, in poses; they face +x, their soles at z = 0.
 
 Proportions of an adult of 1.74 m (DIN 33402-2, medians, rounded); `scale` does the rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tools.household import textures
 from tools.household.implicit import Field, ball, cut, limb, smooth_union, surface, without
-from tools.household.model import Floats, Material, Mesh, Model, Part, affine, merge, moved, rotated
-from tools.household.shapes import ellipsoid, tube
+from tools.household.model import Floats, Material, Mesh, Model, Part, affine, bounds, merge, moved, rotated
+from tools.household.shapes import bevelled_box, ellipsoid, tube
 from tools.household.textures import linear_color
 
 SIDES = (-1.0, 1.0)
+# So often points are moved, since one way disturbs another.
+_ROUNDS = 12
+ARM, LEG = ("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle")
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Joints of the left half (y > 0) in metres; the right half mirrors them.
+    """Joints of the left half (y > 0) in metres; the right half mirrors them, but for those that `right` names.
 
-    `spine` is (x, z) of pelvis, waist, chest and neck; `hem` how far below the pelvis a pullover ends.
+    `spine` is (x, z) of pelvis, waist, chest and neck; `hem` how far below the pelvis a pullover ends; `pitch` says by
+    (degrees, 0, 0) how far a heel is off the floor; who `phones` has a telephone in the right hand.
     """
 
     spine: tuple[tuple[float, float], ...]
@@ -36,6 +40,14 @@ class Pose:
     fingers: tuple[float, float, float]
     palm: tuple[float, float, float]
     hem: float
+    pitch: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    phones: bool = False
+    right: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+
+    def joint(self, name: str, side: float) -> Floats:
+        """A joint, or a direction, of the left (1) or right (-1) half."""
+        own: tuple[float, float, float] = getattr(self, name)
+        return np.array(self.right.get(name, own) if side < 0 else own) * [1.0, side, 1.0]
 
 
 STANDING = Pose(
@@ -64,6 +76,63 @@ SITTING = Pose(
 )
 
 
+PHONING = replace(
+    STANDING,
+    phones=True,
+    right={
+        "elbow": (0.020, 0.220, 1.120),
+        "wrist": (0.205, 0.125, 1.245),
+        "fingers": (0.45, -0.25, 0.86),
+        "palm": (-0.86, -0.10, 0.42),
+        "ankle": (0.035, 0.125, 0.085),
+        "knee": (0.045, 0.110, 0.50),
+    },
+)
+ARMS_CROSSED = replace(
+    STANDING,
+    elbow=(0.050, 0.238, 1.130),
+    wrist=(0.190, 0.010, 1.170),
+    fingers=(-0.35, -0.90, 0.22),
+    palm=(-0.93, 0.35, 0.0),
+    right={
+        "elbow": (0.065, 0.238, 1.125),
+        "wrist": (0.225, 0.025, 1.095),
+        "fingers": (-0.42, -0.88, 0.10),
+        "palm": (-0.90, 0.42, 0.0),
+        "ankle": (0.010, 0.150, 0.085),
+        "knee": (0.025, 0.125, 0.50),
+    },
+)
+WALKING = replace(
+    STANDING,
+    spine=((-0.005, 0.93), (0.010, 1.09), (0.010, 1.28), (0.000, 1.45)),
+    hip=(0.0, 0.092, 0.90),
+    knee=(0.150, 0.100, 0.505),
+    ankle=(0.185, 0.108, 0.085),
+    shoulder=(-0.018, 0.168, 1.355),
+    elbow=(-0.120, 0.235, 1.118),
+    wrist=(-0.045, 0.255, 0.880),
+    right={
+        "knee": (0.015, 0.100, 0.475),
+        "ankle": (-0.255, 0.108, 0.150),
+        "pitch": (38.0, 0.0, 0.0),
+        "shoulder": (0.022, 0.168, 1.355),
+        "elbow": (0.060, 0.240, 1.095),
+        "wrist": (0.225, 0.220, 0.905),
+        "fingers": (0.55, -0.05, -0.83),
+    },
+)
+SITTING_BACK = replace(
+    SITTING,
+    spine=((-0.14, 0.535), (-0.175, 0.70), (-0.185, 0.89), (-0.190, 1.06)),
+    shoulder=(-0.200, 0.168, 0.965),
+    elbow=(-0.110, 0.260, 0.730),
+    knee=(0.320, 0.145, 0.515),
+    ankle=(0.300, 0.150, 0.085),
+    right={"ankle": (0.400, 0.140, 0.085), "wrist": (0.140, 0.190, 0.640), "elbow": (-0.090, 0.270, 0.735)},
+)
+
+
 @dataclass(frozen=True)
 class Looks:
     """The features that distinguish one person from another; colours are web colours."""
@@ -81,7 +150,7 @@ class Looks:
 
 
 def person(pose: Pose, looks: Looks) -> Model:
-    """A whole person, at most 15,000 triangles."""
+    """A whole person, of some 4,200 triangles."""
     neck = np.array([pose.spine[-1][0], 0.0, pose.spine[-1][1]])
     skin = Material("skin", linear_color(looks.skin), roughness=0.52)
     parts = [
@@ -90,6 +159,8 @@ def person(pose: Pose, looks: Looks) -> Model:
         Part(_top(pose, looks), looks.top),
         Part(merge([_shoe(pose, side) for side in SIDES]), Material("shoes", linear_color(looks.shoes), roughness=0.4)),
     ]
+    if pose.phones:
+        parts.append(Part(_telephone(pose), Material("telephone", linear_color("#1b1c1e"), roughness=0.3)))
     if looks.skirt:
         tights = Material("tights", linear_color("#2b2a30"), roughness=0.7)
         parts += [Part(_skirt(pose), looks.bottom), Part(_legs(pose, looks, 0.0, 0.034), tights)]
@@ -98,8 +169,30 @@ def person(pose: Pose, looks: Looks) -> Model:
     return tuple(Part(affine(part.mesh, np.eye(3) * looks.scale), part.material) for part in parts)
 
 
-def _mirrored(joint: tuple[float, float, float], side: float) -> Floats:
-    return np.array(joint) * [1.0, side, 1.0]
+def ending(model: Model, points: Mapping[float, tuple[float, float]]) -> Model:
+    """A model of the same box that, seen from above, ends at these points (x, y) at these angles in degrees.
+
+    They are from the middle of the box. What reaches further is pressed flat, and what is nearest pulled there; by
+    millimetres, or it would show.
+    """
+    low, high = bounds(model)
+    middle = (low[:2] + high[:2]) / 2
+    vertices = np.concatenate([part.mesh.vertices for part in model])
+    seen = vertices[:, :2] - middle
+    ways = [(np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))]), end) for angle, end in points.items()]
+    for _ in range(_ROUNDS):
+        for way, end in ways:
+            seen += np.minimum(way @ end - seen @ way, 0.0)[:, None] * way
+    free = np.ones(len(seen), bool)
+    for end in dict.fromkeys(points.values()):
+        nearest = vertices[np.argmin(np.linalg.norm(seen - end, axis=1) + ~free)]
+        moved_there = np.linalg.norm(vertices - nearest, axis=1) < 1e-6
+        seen[moved_there], free[moved_there] = end, False
+    vertices[:, :2] = seen + middle
+    meshes = np.split(vertices, np.cumsum([len(part.mesh.vertices) for part in model])[:-1])
+    return tuple(
+        Part(replace(part.mesh, vertices=mesh), part.material) for part, mesh in zip(model, meshes, strict=True)
+    )
 
 
 def _torso(pose: Pose, looks: Looks, grow: float) -> list[Field]:
@@ -128,7 +221,7 @@ def _top(pose: Pose, looks: Looks) -> Mesh:
     slim = 0.90 if looks.is_woman else 1.0
     fields = _torso(pose, looks, 0.012)
     for side in SIDES:
-        shoulder, elbow, wrist = (_mirrored(joint, side) for joint in (pose.shoulder, pose.elbow, pose.wrist))
+        shoulder, elbow, wrist = (pose.joint(name, side) for name in ARM)
         fields.append(limb(shoulder, elbow, 0.060 * slim, 0.050 * slim))
         fields.append(limb(elbow, wrist, 0.050 * slim, 0.038 * slim))
     body = smooth_union(fields, 0.032)
@@ -138,7 +231,7 @@ def _top(pose: Pose, looks: Looks) -> Mesh:
 
     def trimmed(points: Floats) -> Floats:
         sleeves = np.max(
-            [_beyond(points, _mirrored(pose.elbow, side), _mirrored(pose.wrist, side), -0.012) for side in SIDES],
+            [_beyond(points, pose.joint("elbow", side), pose.joint("wrist", side), -0.012) for side in SIDES],
             axis=0,
         )
         above_hem = np.where(np.abs(points[:, 1]) < 0.19, hem - points[:, 2], -1.0)
@@ -146,20 +239,21 @@ def _top(pose: Pose, looks: Looks) -> Mesh:
 
     low, high = _box(
         [
-            *(_mirrored(joint, side) for joint in (pose.shoulder, pose.elbow, pose.wrist) for side in SIDES),
+            *(pose.joint(name, side) for name in ARM for side in SIDES),
             [-0.1, 0, hem],
             neck,
         ],
         0.19,
     )
-    return surface(cut(_folded(body, 0.0045, 34.0, seed=1), trimmed), low, high, 0.0295)
+    return surface(cut(_folded(body, 0.0045, 34.0, seed=1), trimmed), low, high, 0.0295, 780)
 
 
 def _beyond(points: Floats, elbow: Floats, wrist: Floats, reach: float) -> Floats:
-    """Positive past the wrist, near it."""
+    """Positive past the wrist, in the sleeve."""
     way = (wrist - elbow) / np.linalg.norm(wrist - elbow)
     past = (points - wrist) @ way - reach
-    return np.where(np.linalg.norm(points - wrist, axis=1) < 0.13, past, -1.0)
+    off_axis = np.linalg.norm(points - wrist - past[:, None] * way, axis=1)
+    return np.where((off_axis < 0.066) & (past < 0.13), past, -1.0)
 
 
 def _folded(field: Field, depth_m: float, frequency: float, seed: int) -> Field:
@@ -179,7 +273,7 @@ def _legs(pose: Pose, looks: Looks, grow: float, cell_m: float) -> Mesh:
     px, pz = pose.spine[0]
     fields = [ball((px, 0, pz), np.array((0.108, 0.165 if looks.is_woman else 0.158, 0.11)) + grow * 0.6)]
     for side in SIDES:
-        hip, knee, ankle = (_mirrored(joint, side) for joint in (pose.hip, pose.knee, pose.ankle))
+        hip, knee, ankle = (pose.joint(name, side) for name in LEG)
         calf = knee + (ankle - knee) * 0.28 + np.array([-0.014, 0, 0])
         fields.append(limb(hip, knee, 0.086 + grow * 0.5, 0.056 + grow * 0.8))
         fields.append(limb(knee, calf, 0.055 + grow * 0.8, 0.052 + grow))
@@ -194,13 +288,13 @@ def _legs(pose: Pose, looks: Looks, grow: float, cell_m: float) -> Mesh:
 
     low, high = _box(
         [
-            *(_mirrored(joint, side) for joint in (pose.hip, pose.knee, pose.ankle) for side in SIDES),
+            *(pose.joint(name, side) for name in LEG for side in SIDES),
             [px, 0, top],
             [px, 0, 0.05],
         ],
         0.20,
     )
-    return surface(cut(body, trimmed), low, high, cell_m)
+    return surface(cut(body, trimmed), low, high, cell_m, 360 if looks.skirt else 700)
 
 
 def _skirt(pose: Pose) -> Mesh:
@@ -219,20 +313,32 @@ def _skirt(pose: Pose) -> Mesh:
     def ends(points: Floats) -> Floats:
         return np.asarray(np.maximum(points[:, 2] - top, hem - points[:, 2]))
 
-    return surface(cut(cone, ends), (px - 0.27, -0.33, hem), (px + 0.27, 0.33, top), 0.036)
+    return surface(cut(cone, ends), (px - 0.27, -0.33, hem), (px + 0.27, 0.33, top), 0.036, 520)
+
+
+def _palm(pose: Pose, side: float) -> Floats:
+    """The axes of a hand, as rows: along its fingers, across to the thumb, out of the palm."""
+    along = pose.joint("fingers", side)
+    along = along / np.linalg.norm(along)
+    palm = pose.joint("palm", side)
+    palm = palm - (palm @ along) * along
+    palm = palm / np.linalg.norm(palm)
+    # The thumb's side: forwards for hanging hands, inwards for resting ones.
+    return np.stack([along, np.cross(palm, along) * side, palm])
+
+
+def _telephone(pose: Pose) -> Mesh:
+    """A telephone in the right hand."""
+    frame = _palm(pose, -1.0)
+    held = bevelled_box((0.145, 0.071, 0.009), (0.105, 0.004, 0.030), 0.003)
+    matrix = frame.T if np.linalg.det(frame) > 0 else frame.T @ np.diag([1.0, -1.0, 1.0])
+    return affine(held, matrix, pose.joint("wrist", -1.0))
 
 
 def _hand(pose: Pose, side: float) -> Mesh:
     """A relaxed hand: palm, four bent fingers, a thumb."""
-    wrist = _mirrored(pose.wrist, side)
-    along = _mirrored(pose.fingers, side)
-    along = along / np.linalg.norm(along)
-    palm = _mirrored(pose.palm, side)
-    palm = palm - (palm @ along) * along
-    palm = palm / np.linalg.norm(palm)
-    # The thumb's side: forwards for hanging hands, inwards for resting ones.
-    across = np.cross(along, palm) * side
-    frame = np.stack([along, across, palm])
+    wrist, frame = pose.joint("wrist", side), _palm(pose, side)
+    along, across, palm = frame
 
     def at(length: float, width: float, depth: float = 0.0) -> Floats:
         return np.asarray(wrist + along * length + across * width + palm * depth)
@@ -245,11 +351,11 @@ def _hand(pose: Pose, side: float) -> Mesh:
     fields.append(limb(at(0.025, 0.030, 0.008), at(0.060, 0.052, 0.018), 0.014, 0.0115))
     fields.append(limb(at(0.060, 0.052, 0.018), at(0.092, 0.056, 0.026), 0.0115, 0.0085))
     low, high = _box([at(-0.05, 0), at(0.17, 0.05), at(0.17, -0.04)], 0.05)
-    return surface(smooth_union(fields, 0.008), low, high, 0.0125)
+    return surface(smooth_union(fields, 0.008), low, high, 0.0105, 240)
 
 
 def _shoe(pose: Pose, side: float) -> Mesh:
-    x, y, _ = _mirrored(pose.ankle, side)
+    x, y, z = pose.joint("ankle", side)
     upper = smooth_union(
         [
             limb((x - 0.030, y, 0.045), (x + 0.10, y + side * 0.012, 0.036), 0.042, 0.040),
@@ -263,7 +369,13 @@ def _shoe(pose: Pose, side: float) -> Mesh:
     def sole(points: Floats) -> Floats:
         return np.asarray(np.maximum(-points[:, 2], points[:, 2] - 0.105))
 
-    return surface(cut(upper, sole), (x - 0.11, y - 0.09, 0.0), (x + 0.25, y + 0.09, 0.12), 0.021)
+    made = surface(cut(upper, sole), (x - 0.11, y - 0.09, 0.0), (x + 0.25, y + 0.09, 0.12), 0.017, 160)
+    pitch_deg = pose.joint("pitch", side)[0]
+    if not pitch_deg:
+        return made
+    # The heel comes off the floor about the ball of the foot, and the ankle stays in the trouser leg.
+    turned = rotated(moved(made, -x, 0.0, -0.085), "y", pitch_deg)
+    return moved(turned, x, 0.0, z)
 
 
 def _head(neck: Floats, looks: Looks, skin: Material) -> list[Part]:
@@ -301,16 +413,16 @@ def _head(neck: Floats, looks: Looks, skin: Material) -> list[Part]:
     body = smooth_union([skull, nose, *lids, mouth], 0.009)
     throat = smooth_union([limb(at(-0.037, 0, -0.083), at(-0.012, 0, 0.05), 0.056 * slim, 0.051 * slim), body], 0.018)
     low, high = base - np.array([0.13, 0.10, 0.09]), base + np.array([0.14, 0.10, 0.25])
-    face = surface(throat, tuple(low), tuple(high), 0.0112)
+    face = surface(throat, tuple(low), tuple(high), 0.0095, 1080)
     ears = [
-        moved(rotated(ellipsoid((0.017, 0.010, 0.030), 12, 8), "y", 12.0), *at(-0.008, side * 0.074, 0.104))
+        moved(rotated(ellipsoid((0.017, 0.010, 0.030), 8, 5), "y", 12.0), *at(-0.008, side * 0.074, 0.104))
         for side in SIDES
     ]
     eyes = [
-        _facing(ellipsoid((0.0042, 0.0125, 0.0052), 14, 8), at(0.0872, side * 0.0325, 0.1165), side) for side in SIDES
+        _facing(ellipsoid((0.0042, 0.0125, 0.0052), 8, 4), at(0.0872, side * 0.0325, 0.1165), side) for side in SIDES
     ]
     irises = [
-        _facing(ellipsoid((0.0036, 0.0049, 0.0049), 12, 6), at(0.0888, side * 0.0325, 0.1166), side) for side in SIDES
+        _facing(ellipsoid((0.0036, 0.0049, 0.0049), 8, 3), at(0.0888, side * 0.0325, 0.1166), side) for side in SIDES
     ]
     red, green, blue = linear_color(looks.skin)
     hair = Material("hair", base_color_texture=textures.hair(looks.hair), roughness=0.55)
@@ -323,7 +435,7 @@ def _head(neck: Floats, looks: Looks, skin: Material) -> list[Part]:
         for side in SIDES
     ]
     lips = [
-        moved(ellipsoid(radii, 14, 8), *at(*place))
+        moved(ellipsoid(radii, 10, 4), *at(*place))
         for radii, place in (
             ((0.006, 0.0215, 0.0044), (0.0965, 0, 0.0570)),
             ((0.0065, 0.0180, 0.0055), (0.0955, 0, 0.0490)),
@@ -376,6 +488,7 @@ def _hair(base: Floats, slim: float, looks: Looks) -> Mesh:
         tuple(base - np.array([0.16, 0.13, 0.13])),
         tuple(base + np.array([0.10, 0.13, 0.26])),
         0.022 if looks.long_hair else 0.0185,
+        380,
     )
 
 

@@ -26,7 +26,7 @@ KINDS = {
     *("door", "interior door", "window", "floor lamp", "table lamp", "pendant lamp", "ceiling lamp", "rug", "curtain"),
     *("picture", "shelf", "bookcase", "wardrobe", "chest of drawers", "sideboard", "bedside table", "kitchen counter"),
     *("desk", "stove", "radiator", "mirror", "bathtub", "shower", "basket", "cushion", "office cabinet", "whiteboard"),
-    *("coat rack", "plant stand"),
+    *("coat rack", "plant stand", "shoes", "magnets", "bin", "paper", "charger", "power strip", "desk cables"),
 }
 LICENCES = {"BSD-3-Clause"}
 

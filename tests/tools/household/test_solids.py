@@ -68,3 +68,11 @@ def test_joined_bodies_are_larger_than_either() -> None:
     first, second = ball((0, 0, 0), 0.1), ball((0.12, 0, 0), 0.08)
     both = smooth_union([first, second], 0.04)(points)
     assert np.all(both <= np.minimum(first(points), second(points)) + 1e-12)
+
+
+def test_a_ball_of_fewer_triangles_is_closed_and_as_round() -> None:
+    fine = surface(ball((0, 0, 0), 0.1), (-0.1, -0.1, -0.1), (0.1, 0.1, 0.1), 0.012)
+    coarse = surface(ball((0, 0, 0), 0.1), (-0.1, -0.1, -0.1), (0.1, 0.1, 0.1), 0.012, most=300)
+    assert len(coarse.triangles) <= 300 < len(fine.triangles) / 3
+    assert _solid(coarse).is_watertight
+    np.testing.assert_allclose(np.linalg.norm(coarse.vertices, axis=1), 0.1, atol=0.003)

@@ -3,6 +3,7 @@
 from tools.household.catalogue import (
     bathroom,
     bedroom,
+    clutter,
     decor,
     electronics,
     food,
@@ -34,4 +35,5 @@ def items() -> tuple[Item, ...]:
         *office.ITEMS,
         *openings.ITEMS,
         *people.ITEMS,
+        *clutter.ITEMS,
     )
