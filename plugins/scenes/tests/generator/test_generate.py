@@ -61,7 +61,7 @@ def test_without_a_secret_a_place_is_what_it_was() -> None:
     )
     assert (
         hashlib.sha256(layout.encode()).hexdigest()
-        == "c51d7cce9fcc26d2d2f3704a414231136bf5413e1154804c028b1e985ee8d529"
+        == "0d4519cc5e5679c5a891362156a92d3af9109cbd79a6aa6821549904bdd87bd8"
     )
 
 

@@ -15,7 +15,8 @@ from benchbot_scenes.layout import Layout, Move, Placement
 
 # What comes and goes in a home or an office, in the order in which it is tried.
 COMING = ("book", "cup", "bottle", "bowl", "laptop", "cell phone", "banana", "apple", "orange", "cake", "clock", "vase")
-STAYS = ("sink", "toilet", "refrigerator", "oven", "bed", "couch", "table")
+# Who sits stays with the seat, and people come as variants ask for them.
+STAYS = ("sink", "toilet", "refrigerator", "oven", "bed", "couch", "table", "person")
 TRIES = 40
 
 

@@ -19,7 +19,7 @@ from benchbot_scenes.generator.plot import (
     half_extent,
 )
 from benchbot_scenes.generator.supply import Supply
-from benchbot_scenes.intersections import intersecting, triangles_of
+from benchbot_scenes.intersections import DEPTH_M, intersecting, triangles_of
 from benchbot_scenes.layout import Placement
 
 # How densely places along a wall are tried.
@@ -311,3 +311,29 @@ class Furnisher:
             return None
         item = self._item(model, x, y, self.plot.height_m - model.size_m[2], 0.0)
         return self.plot.add(self._named(item), takes=False)
+
+    def at(
+        self,
+        model: AssetModel,
+        at: tuple[float, float],
+        z: float,
+        yaw_deg: float,
+        carrier: Item | None = None,
+        size_m: tuple[float, float, float] | None = None,
+    ) -> Item:
+        """An item exactly there, which is not yet in the room; it goes with its carrier."""
+        return self._item(model, *at, z, yaw_deg, size_m, None if carrier is None else carrier.placement.id)
+
+    def put(self, item: Item, *, takes: bool = True) -> Item:
+        """Put an item into the room, under a new name."""
+        return self.plot.add(self._named(item), takes=takes)
+
+    def is_free(self, item: Item) -> bool:
+        """Whether an item reaches into nothing in the room by more than a centimetre, as far as triangles say."""
+        body, box = triangles_of(item.placement, item.model), item.box
+        beside = [other for other in self.plot.items if box.overlaps(other.box, -DEPTH_M)]
+        return not any(
+            min(box.top_m, other.box.top_m) - max(box.bottom_m, other.box.bottom_m) > DEPTH_M
+            and intersecting({"it": body, "other": triangles_of(other.placement, other.model)})
+            for other in beside
+        )

@@ -11,6 +11,7 @@ from benchbot_scenes.catalogue import Catalogue
 from benchbot_scenes.compose import compose
 from benchbot_scenes.coverage import MARGIN_M, Coverage, Pose7, plan_coverage
 from benchbot_scenes.free_space import FreeSpace, free_space
+from benchbot_scenes.generator import belongings, people
 from benchbot_scenes.generator.floor_plan import OUTER_WALL_M, Plan, Space, floor_plan
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.furniture import PROGRAMMES
@@ -107,7 +108,7 @@ def _furnished(
     plan: Plan, height_m: float, catalogue: Catalogue, rng: np.random.Generator, sparse: bool
 ) -> tuple[list[Item], dict[str, tuple[str, str]]]:
     supply = Supply(catalogue, rng)
-    items: list[Item] = []
+    rooms: list[Furnisher] = []
     finishes: dict[str, tuple[str, str]] = {}
     style: dict[str, tuple[str, str]] = {}
     for space in plan.spaces:
@@ -120,10 +121,11 @@ def _furnished(
         finishes[space.name] = style[key]
         doors = tuple(opening for opening in plan.openings if opening.bottom_m == 0.0 and touches(space, opening))
         windows = tuple(opening for opening in plan.openings if opening.kind == "window" and touches(space, opening))
-        plot = Plot(space, height_m, doors, windows, rng)
-        PROGRAMMES["hall" if sparse else function.furniture](Furnisher(plot, supply))
-        items += plot.items
-    return _thinned(items, rng), finishes
+        rooms.append(Furnisher(Plot(space, height_m, doors, windows, rng), supply))
+        PROGRAMMES["hall" if sparse else function.furniture](rooms[-1])
+    people.put_in(rooms)
+    belongings.put_about(rooms)
+    return _thinned([item for room in rooms for item in room.plot.items], rng), finishes
 
 
 def touches(space: Space, opening: Opening) -> bool:

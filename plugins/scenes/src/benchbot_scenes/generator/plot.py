@@ -160,7 +160,9 @@ class Plot:
         if reached.sum() < 0.18 * reached.size:
             return False
         far = ndimage.distance_transform_edt(~reached) * CELL_M
-        standing = [item.box for item in [*self.items, *items] if item.placement.position[2] == 0.0]
+        # Who sits is reached as the seat is, and cables are below what they belong to.
+        on_floor = [item for item in [*self.items, *items] if item.carrier is None]
+        standing = [item.box for item in on_floor if item.placement.position[2] == 0.0]
         return all(bool((far[_cells(box, low, far.shape)] < REACH_M).any()) for box in standing)
 
     def _labels_before(self, labels: npt.NDArray[np.int32], door: Opening) -> set[int]:
