@@ -61,7 +61,7 @@ def test_without_a_secret_a_place_is_what_it_was() -> None:
     )
     assert (
         hashlib.sha256(layout.encode()).hexdigest()
-        == "0d4519cc5e5679c5a891362156a92d3af9109cbd79a6aa6821549904bdd87bd8"
+        == "bb98ca74f6b4c4bf971cc7476f2de7972cc7f9692d4210d029679bc8ab566b0e"
     )
 
 

@@ -7,6 +7,8 @@ from benchbot_scenes.generator.plot import Item
 FORK_M, SPOON_M, BEHIND_PLATE_M = 0.18, 0.23, 0.21
 # The share of a table's length that is laid.
 WITHIN_TABLE = 0.8
+# The share of the places at a table that are laid, each with all that belongs to it.
+LAID = 0.75
 SOAP = ("soap bottle", "bottle")
 # The share of the ends of shelves where books stand in a row.
 ROWS_OF_BOOKS = 0.6
@@ -42,10 +44,12 @@ def dining(room: Furnisher, table: Item, places: int) -> None:
         along = ((place // 2 + 0.5) / max(1, (places + 1) // 2) - 0.5) * 2 * half_along * 0.9
         across = side * (half_across - 0.17)
         drink = "wine glass" if rng.random() < 0.4 else "cup"
+        if rng.random() >= LAID:
+            continue
         for kind, shift in (("plate", 0.0), ("fork", FORK_M), ("knife", -FORK_M), ("spoon", -SPOON_M), (drink, 0.0)):
             inward = across - side * BEHIND_PLATE_M if kind == drink else across
             spot = (inward, along + shift) if long_y else (along + shift, inward)
-            if rng.random() < 0.75 and abs(along + shift) < WITHIN_TABLE * half_along:
+            if abs(along + shift) < WITHIN_TABLE * half_along:
                 room.on_top(one_set[kind], table, spot, 0.0 if long_y else 90.0)
     for kind in ("bottle", "cake", *FRUIT):
         if rng.random() < 0.35:

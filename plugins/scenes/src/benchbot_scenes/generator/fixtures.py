@@ -1,13 +1,21 @@
-"""The fixtures of every room: lamps, radiators, curtains, pictures, plants."""
+"""The fixtures of every room: lamps, radiators, curtains, clocks, plants."""
 
 from benchbot_scenes.generator.furnish import Furnisher
+from benchbot_scenes.generator.plot import WALLS
 
 CURTAIN_TOP_M = 2.42
+# Short curtains end so far below the sill; each of a pair covers so much of the window.
+BELOW_SILL_M, OVER_WINDOW_M = 0.05, 0.05
+NARROWEST_CURTAIN_M, WIDEST_CURTAIN_M = 0.28, 0.6
+# The share of rooms whose curtains reach the floor.
+LONG_CURTAINS = 0.5
 # One ceiling lamp for so much of a room's length.
 LAMP_EVERY_M = 4.2
-PICTURE_BOTTOM_M, CLOCK_BOTTOM_M = 1.35, 1.65
+CLOCK_BOTTOM_M = 1.65
 # The share of plants that stand on stands, and of kitchens and offices with a clock on a wall.
 ON_STANDS, WALL_CLOCKS = 0.25, 0.5
+# As wide is a plant on a stand at most.
+ON_STAND_M = 0.2
 
 
 def lamps(room: Furnisher, kinds: tuple[str, ...] = ("pendant lamp", "ceiling lamp")) -> None:
@@ -21,37 +29,34 @@ def lamps(room: Furnisher, kinds: tuple[str, ...] = ("pendant lamp", "ceiling la
 
 
 def radiators(room: Furnisher) -> None:
-    """Under the first window of each wall that has one."""
-    for wall in ("west", "south", "east", "north"):
-        windows = room.plot.openings_in(wall, room.plot.windows)
-        if not windows:
-            continue
-        low, high, window = windows[0]
-        model = room.supply.usual("radiator")
-        if model is None or window.bottom_m < model.size_m[2] + 0.14:
-            continue
-        item = room.at_wall_exactly(model, wall, (low + high) / 2, 0.12)
-        if item is not None:
-            return
+    """Under the first window of each wall that has room for one."""
+    for wall in WALLS:
+        for low, high, window in room.plot.openings_in(wall, room.plot.windows):
+            model = room.supply.usual("radiator")
+            if model is None or window.bottom_m < model.size_m[2] + 0.14:
+                continue
+            if room.at_wall_exactly(model, wall, (low + high) / 2, 0.12) is not None:
+                break
 
 
 def curtains(room: Furnisher) -> None:
-    """One at each side of every window."""
-    model = room.supply.draw("curtain")
+    """A pair at every window, before there is furniture: down to the floor or, in some rooms, to the sill."""
+    supply, rng = room.supply, room.plot.rng
+    model = supply.draw("curtain")
     if model is None:
         return
+    is_long = rng.random() < LONG_CURTAINS
     top = min(CURTAIN_TOP_M, room.plot.height_m - 0.08)
-    for wall in ("west", "south", "east", "north"):
-        for low, high, _ in room.plot.openings_in(wall, room.plot.windows):
-            for along in (low - model.size_m[1] / 2 + 0.12, high + model.size_m[1] / 2 - 0.12):
-                room.at_wall_exactly(model, wall, along, max(0.02, top - model.size_m[2]), covers_window=True)
-
-
-def pictures(room: Furnisher, most: int) -> None:
-    """Some, where walls are bare."""
-    for _ in range(int(room.plot.rng.integers(1, most + 1))):
-        model = room.supply.draw("picture")
-        room.on_wall(model, PICTURE_BOTTOM_M + float(room.plot.rng.uniform(0.0, 0.1)))
+    for wall in WALLS:
+        start, end = room.plot.along(wall)
+        for low, high, window in room.plot.openings_in(wall, room.plot.windows):
+            # In corners there is less room.
+            width_m = min(model.size_m[1], WIDEST_CURTAIN_M, min(low - start, end - high) + OVER_WINDOW_M - 0.02)
+            length_m = min(model.size_m[2], top - 0.02) if is_long else top - window.bottom_m + BELOW_SILL_M
+            places_m = low - width_m / 2 + OVER_WINDOW_M, high + width_m / 2 - OVER_WINDOW_M
+            if width_m >= NARROWEST_CURTAIN_M:
+                size_m = (model.size_m[0], width_m, length_m)
+                room.all_at_wall(model, wall, places_m, top - length_m, size_m, covers_window=True)
 
 
 def plants(room: Furnisher, most: int) -> None:
@@ -60,7 +65,7 @@ def plants(room: Furnisher, most: int) -> None:
     for _ in range(int(rng.integers(0, most + 1))):
         if rng.random() < ON_STANDS:
             stand = room.against_wall(supply.draw("plant stand"))
-            room.on_top(supply.draw("potted plant", placement="surface"), stand, (0.0, 0.0))
+            room.on_top(supply.draw("potted plant", longest_m=ON_STAND_M, placement="surface"), stand, (0.0, 0.0))
         else:
             room.against_wall(supply.draw("potted plant", placement="floor"))
 

@@ -103,15 +103,48 @@ class Furnisher:
         covers_window: bool = False,
     ) -> Item | None:
         """At one place of a wall, on the floor or hung at a height."""
-        item = self._at_wall(model, wall, along_m, z=bottom_m)
+        placed = self.all_at_wall(model, wall, [along_m], bottom_m, None, gap_m, covers_window)
+        return placed[0] if placed else None
+
+    def all_at_wall(
+        self,
+        model: AssetModel,
+        wall: str,
+        places_m: Sequence[float],
+        bottom_m: float,
+        size_m: tuple[float, float, float] | None = None,
+        gap_m: float = GAP_M,
+        covers_window: bool = False,
+    ) -> list[Item]:
+        """At each of some places of a wall, on the floor or hung at a height; nowhere unless everywhere."""
+        size = size_m or model.size_m
         low, high = self.plot.along(wall)
-        if along_m - model.size_m[1] / 2 < low - 1e-6 or along_m + model.size_m[1] / 2 > high + 1e-6:
-            return None
-        if not covers_window and bottom_m == 0.0 and not self._clear_of_windows(wall, along_m, model.size_m):
-            return None
-        if not self.plot.fits(item, gap_m) or not self.plot.leaves_ways(item):
-            return None
-        return self.plot.add(self._named(item))
+        if min(places_m) - size[1] / 2 < low - 1e-6 or max(places_m) + size[1] / 2 > high + 1e-6:
+            return []
+        may_cover = covers_window or bottom_m > 0.0
+        if not may_cover and not all(self._clear_of_windows(wall, along_m, size) for along_m in places_m):
+            return []
+        items = [self._at_wall(model, wall, along_m, size_m, bottom_m) for along_m in places_m]
+        if not all(self.plot.fits(item, gap_m) for item in items) or not self.plot.leaves_ways(*items):
+            return []
+        return [self.plot.add(self._named(item)) for item in items]
+
+    def row_at_wall(self, model: AssetModel | None, count: int, gap_m: float, front_m: float) -> list[Item]:
+        """So many side by side on the floor along a wall, so far apart; `front_m` before them stays free."""
+        if model is None:
+            return []
+        pitch_m = model.size_m[1] + gap_m
+        shifts_m = [(number - (count - 1) / 2) * pitch_m for number in range(count)]
+        for wall, along_m in self._wall_places((count - 1) * pitch_m + model.size_m[1], None, True):
+            places_m = [along_m + shift_m for shift_m in shifts_m]
+            fronts = [self._front(self._at_wall(model, wall, place_m), front_m) for place_m in places_m]
+            if not all(self._is_clear(front) for front in fronts):
+                continue
+            placed = self.all_at_wall(model, wall, places_m, 0.0)
+            if placed:
+                self.plot.kept.extend(fronts)
+                return placed
+        return []
 
     def _wall_places(self, width_m: float, walls: Iterable[str] | None, middle: bool) -> Iterator[tuple[str, float]]:
         """Places along walls: corners (or middles) first, otherwise in a random order."""
@@ -274,33 +307,42 @@ class Furnisher:
         """Hung on a wall, clear of openings and of what stands before it; above the middle of an item when given."""
         if model is None:
             return None
-        size = model.size_m
         if above is not None:
-            places: Sequence[tuple[str, float]] = [self._behind(above)]
+            places: Sequence[tuple[str, float]] = [self.behind(above)]
         else:
-            places = list(self._wall_places(size[1], walls, middle))
+            places = list(self._wall_places(model.size_m[1], walls, middle))
         for wall, along_m in places:
-            item = self._at_wall(model, wall, along_m, z=max(bottom_m, 0.01))
-            low, high = along_m - size[1] / 2 - 0.06, along_m + size[1] / 2 + 0.06
-            holes = self.plot.openings_in(wall, (*self.plot.windows, *self.plot.doors))
-            if any(
-                low < end and start < high and bottom_m < hole.top_m + 0.1 and bottom_m + size[2] > hole.bottom_m
-                for start, end, hole in holes
-            ):
-                continue
-            if any(item.box.overlaps(other.box, HUNG_APART_M) for other in self.plot.items if other is not above):
-                continue
-            if low < self.plot.along(wall)[0] or high > self.plot.along(wall)[1]:
-                continue
-            if bottom_m < 1.1 and (not self.plot.fits(item) or not self.plot.leaves_ways(item)):
-                continue
-            # What a map names has floor before it, not a deep piece of furniture.
-            if model.class_name is not None and not self.plot.leaves_ways(self._at_wall(model, wall, along_m)):
-                continue
-            return self.plot.add(self._named(item))
+            hung = self.hung(model, wall, along_m, bottom_m, above)
+            if hung is not None:
+                return hung
         return None
 
-    def _behind(self, item: Item) -> tuple[str, float]:
+    def hung(
+        self, model: AssetModel, wall: str, along_m: float, bottom_m: float, above: Item | None = None
+    ) -> Item | None:
+        """Hung at one place of a wall, if it is clear there of openings and of what stands before it."""
+        size = model.size_m
+        item = self._at_wall(model, wall, along_m, z=max(bottom_m, 0.01))
+        low, high = along_m - size[1] / 2 - 0.06, along_m + size[1] / 2 + 0.06
+        holes = self.plot.openings_in(wall, (*self.plot.windows, *self.plot.doors))
+        if any(
+            low < end and start < high and bottom_m < hole.top_m + 0.1 and bottom_m + size[2] > hole.bottom_m
+            for start, end, hole in holes
+        ):
+            return None
+        if any(item.box.overlaps(other.box, HUNG_APART_M) for other in self.plot.items if other is not above):
+            return None
+        if low < self.plot.along(wall)[0] or high > self.plot.along(wall)[1]:
+            return None
+        if bottom_m < 1.1 and (not self.plot.fits(item) or not self.plot.leaves_ways(item)):
+            return None
+        # What a map names has floor before it, not a deep piece of furniture.
+        if model.class_name is not None and not self.plot.leaves_ways(self._at_wall(model, wall, along_m)):
+            return None
+        return self.plot.add(self._named(item))
+
+    def behind(self, item: Item) -> tuple[str, float]:
+        """The wall that an item has its back to, and where along it."""
         wall = next(wall for wall in WALLS if abs(YAW_DEG[wall] - item.placement.yaw_deg % 360) < 45)
         x, y, _ = item.placement.position
         return wall, y if wall in ("west", "east") else x

@@ -3,21 +3,26 @@
 from collections.abc import Callable, Iterable, Sequence
 
 from benchbot_scenes.catalogue import AssetModel
-from benchbot_scenes.generator import clutter, fixtures
+from benchbot_scenes.generator import clutter, fixtures, walls
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.offices import archive, lobby, meeting, office, open_office
 from benchbot_scenes.generator.plot import WALLS, Box, Item
+from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.layout import Point
 
 SOFA_DISTANCE_M = (2.3, 3.6)
-CUPBOARD_BOTTOM_M = 1.45
 PICTURE_ABOVE_BED_M = 1.35
+# The share of halls with a sideboard.
+HALL_SIDEBOARDS = 0.6
+# Higher mirrors hang above nothing.
+MIRROR_M = 1.0
 
 
 def living(room: Furnisher) -> None:
     """A couch that faces a tv over a coffee table; in a large room also a place to eat."""
     supply, rng = room.supply, room.plot.rng
     size_x, size_y = room.plot.size_m
+    fixtures.curtains(room)
     couch = _sofa_corner(room)
     if couch is not None:
         lamp = supply.draw("floor lamp", placement="floor")
@@ -35,18 +40,31 @@ def living(room: Furnisher) -> None:
     chest = room.against_wall(supply.draw("sideboard", "chest of drawers"), front_m=0.3)
     if chest is not None:
         clutter.scatter(room, chest, ("table lamp", "vase", "clock", "book", "potted plant"), 0.5)
-    if size_x * size_y > 20.0:
-        room.against_wall(supply.draw("armchair"), front_m=0.5)
-    side_table = room.against_wall(supply.draw("side table"))
-    clutter.scatter(room, side_table, ("table lamp", "book", "cup"), 0.4)
+    armchair = room.against_wall(supply.draw("armchair"), front_m=0.5) if size_x * size_y > 20.0 else None
+    side_table = _beside(room, supply.draw("side table"), [seat for seat in (armchair, couch) if seat is not None])
+    clutter.scatter(room, side_table, ("table lamp", "book", "cup"), 0.6)
     fixtures.plants(room, 3)
-    _finish(room, 3)
+    _finish(room, 5, with_shelves=True)
+
+
+def _beside(room: Furnisher, model: AssetModel | None, seats: Sequence[Item]) -> Item | None:
+    """A side table at the side of the first of some seats that has room there."""
+    if model is None:
+        return None
+    for seat in seats:
+        off = (seat.size_m[1] + model.size_m[1]) / 2 + 0.06
+        placed = room.relative(model, seat, -0.1, off) or room.relative(model, seat, -0.1, -off)
+        if placed is not None:
+            return placed
+    return None
 
 
 def _sofa_corner(room: Furnisher) -> Item | None:
     supply, rng = room.supply, room.plot.rng
     board, couch = supply.draw("sideboard", "tv stand", "shelf"), supply.draw("couch", placement="floor")
-    for wall in (WALLS[i] for i in rng.permutation(4)):
+    # A tv before a window can hardly be watched.
+    drawn = [WALLS[i] for i in rng.permutation(4)]
+    for wall in sorted(drawn, key=lambda wall: len(room.plot.openings_in(wall, room.plot.windows))):
         depth = room.plot.size_m[0 if wall in ("west", "east") else 1]
         stand = room.against_wall(board, [wall], middle=True)
         if stand is None:
@@ -54,7 +72,7 @@ def _sofa_corner(room: Furnisher) -> Item | None:
         room.on_top(supply.draw("tv", longest_m=stand.size_m[1] + 0.3, placement="surface"), stand, (0.0, 0.0), 0.0)
         if couch is None:
             return None
-        furthest = depth - stand.size_m[0] / 2 - couch.size_m[0] / 2 - 0.06
+        furthest = depth - stand.size_m[0] / 2 - couch.size_m[0] / 2 - 0.14
         near, far = SOFA_DISTANCE_M
         ahead = furthest if furthest < far + 0.4 else float(rng.uniform(near + 0.4, far))
         placed = room.relative(couch, stand, ahead, 0.0, 180.0) if ahead > near - 0.4 else None
@@ -111,10 +129,10 @@ def _dining_place(room: Furnisher, seats: int, away_from: Item | None = None) ->
 def kitchen(room: Furnisher) -> None:
     """Units along a wall, and a table."""
     supply, rng = room.supply, room.plot.rng
-    tops = _units(room)
+    units = _units(room)
+    tops = [unit for unit in units if unit.model.kind == "kitchen counter"]
     clutter.worktop(room, tops)
-    for top in tops:
-        room.on_wall(supply.matching(supply.draw("wall cupboard"), top.model), CUPBOARD_BOTTOM_M, above=top)
+    walls.cupboards(room, units)
     table = _dining_place(room, 2 if room.plot.size_m[0] * room.plot.size_m[1] < 11 else 4)
     if table is None:
         chest = room.against_wall(supply.draw("sideboard", "chest of drawers"), front_m=0.3)
@@ -125,11 +143,11 @@ def kitchen(room: Furnisher) -> None:
     if rng.random() < 0.5:
         fixtures.plants(room, 1)
     fixtures.wall_clock(room)
-    _finish(room, 1, with_curtains=False)
+    _finish(room, 2)
 
 
 def _units(room: Furnisher) -> list[Item]:
-    """Refrigerator, counters, oven and sink side by side along the wall where most of them fit."""
+    """Refrigerator, counters, sink and oven side by side along the wall where most of them fit, in this order."""
     supply, rng = room.supply, room.plot.rng
     counter = supply.usual("kitchen counter")
     oven = supply.draw("stove", "oven", placement="floor")
@@ -142,7 +160,7 @@ def _units(room: Furnisher) -> list[Item]:
     for wall in walls[:3]:
         placed = _row(room, [model for model in row if model is not None], wall, bool(rng.random() < 0.5))
         if len(placed) >= 3:
-            return [item for item in placed if item.model.kind == "kitchen counter"]
+            return placed
     return []
 
 
@@ -174,6 +192,7 @@ def bedroom(room: Furnisher) -> None:
     """A bed with its tables and lamps, a wardrobe, perhaps a desk."""
     supply, rng = room.supply, room.plot.rng
     area = room.plot.size_m[0] * room.plot.size_m[1]
+    fixtures.curtains(room)
     wide = [model for model in supply.models("bed") if (model.size_m[1] > 1.3) == (area > 11)] or supply.models("bed")
     bed = room.against_wall(supply.one_of(wide), front_m=0.0, middle=True)
     if bed is not None:
@@ -198,7 +217,7 @@ def bedroom(room: Furnisher) -> None:
     clutter.scatter(room, chest, ("vase", "clock", "book", "potted plant", "bottle", "table lamp"), 0.4)
     room.against_wall(supply.draw("basket"))
     fixtures.plants(room, 1)
-    _finish(room, 2)
+    _finish(room, 3, with_shelves=True)
 
 
 def _workplace(room: Furnisher, model: AssetModel | None, monitor: bool) -> Item | None:
@@ -226,7 +245,8 @@ def bathroom(room: Furnisher) -> None:
     room.against_wall(supply.draw("basket"))
     shelf = room.on_wall(supply.draw("shelf", longest_m=1.0), 1.4)
     clutter.bathroom(room, shelf)
-    _finish(room, 0, with_curtains=False)
+    fixtures.lamps(room, ("ceiling lamp", "pendant lamp"))
+    fixtures.radiators(room)
 
 
 def washroom(room: Furnisher) -> None:
@@ -234,7 +254,8 @@ def washroom(room: Furnisher) -> None:
     _toilet_and_basin(room)
     shelf = room.on_wall(room.supply.draw("shelf", longest_m=1.0), 1.4)
     clutter.bathroom(room, shelf)
-    _finish(room, 0, with_curtains=False)
+    fixtures.lamps(room, ("ceiling lamp", "pendant lamp"))
+    fixtures.radiators(room)
 
 
 def _toilet_and_basin(room: Furnisher) -> None:
@@ -251,7 +272,12 @@ def _toilet_and_basin(room: Furnisher) -> None:
         else room.on_wall(basin, max(0.3, 0.86 - basin.size_m[2]))
     )
     if placed is not None:
-        room.on_wall(supply.draw("mirror", longest_m=1.0), 1.15 if placed.box.top_m < 1.1 else 1.4, above=placed)
+        room.on_wall(_low_mirror(supply), 1.15 if placed.box.top_m < 1.1 else 1.4, above=placed)
+
+
+def _low_mirror(supply: Supply) -> AssetModel | None:
+    """A mirror that ends below the ceiling when it hangs above furniture."""
+    return supply.one_of([model for model in supply.models("mirror") if model.size_m[2] < MIRROR_M])
 
 
 def _shortest_wall(room: Furnisher) -> list[str]:
@@ -264,6 +290,7 @@ def _shortest_wall(room: Furnisher) -> list[str]:
 def study(room: Furnisher) -> None:
     """A workplace at home, and books."""
     supply, rng = room.supply, room.plot.rng
+    fixtures.curtains(room)
     _workplace(room, supply.draw("desk"), monitor=bool(rng.random() < 0.6))
     for _ in range(2):
         case = room.against_wall(supply.draw("bookcase"), front_m=0.4)
@@ -274,23 +301,27 @@ def study(room: Furnisher) -> None:
     lamp = room.against_wall(supply.draw("floor lamp", placement="floor"))
     if lamp is None:
         fixtures.plants(room, 2)
-    _finish(room, 2)
+    _finish(room, 3, with_shelves=True)
 
 
 def hall(room: Furnisher) -> None:
-    """Pictures, and a place for coats."""
-    room.on_wall(room.supply.draw("coat rack", placement="wall"), 1.5)
+    """Pictures, a place for coats, perhaps a sideboard with a mirror."""
+    supply = room.supply
+    room.on_wall(supply.draw("coat rack", placement="wall"), 1.5)
+    if room.plot.rng.random() < HALL_SIDEBOARDS:
+        board = room.against_wall(supply.draw("sideboard", "chest of drawers"), middle=True)
+        if board is not None:
+            room.on_wall(_low_mirror(supply), 1.1, above=board)
+            clutter.scatter(room, board, ("table lamp", "vase", "bowl", "potted plant", "book"), 0.4)
+    fixtures.plants(room, 1)
     fixtures.lamps(room, ("ceiling lamp", "pendant lamp"))
-    fixtures.pictures(room, 4)
+    walls.dress(room, 6)
 
 
-def _finish(room: Furnisher, most_pictures: int, with_curtains: bool = True) -> None:
+def _finish(room: Furnisher, most_dressed: int, with_shelves: bool = False) -> None:
     fixtures.lamps(room)
     fixtures.radiators(room)
-    if with_curtains:
-        fixtures.curtains(room)
-    if most_pictures:
-        fixtures.pictures(room, most_pictures)
+    walls.dress(room, most_dressed, with_shelves)
 
 
 PROGRAMMES: dict[str, Callable[[Furnisher], None]] = {

@@ -29,6 +29,8 @@ CEILING = "#f4f2ee"
 FEWEST_OBJECTS, MOST_OBJECTS = 25, 80
 # A plan that is too crowded or too bare is drawn anew, so many times; the last one is furnished sparsely.
 ATTEMPTS = 8
+# What makes a desk a workplace; the last is taken away last.
+OF_DESKS = ("mouse", "keyboard", "laptop", "tv")
 # What a start pose has about it.
 START_ROOM_M = 0.45
 
@@ -140,11 +142,32 @@ def touches(space: Space, opening: Opening) -> bool:
 
 
 def _thinned(items: Sequence[Item], rng: np.random.Generator) -> list[Item]:
-    """At most so many objects: of the small things on others some are taken away."""
+    """At most so many objects: of the small things on others those go of whose class there are most.
+
+    What fills shelves goes after that, and what makes desks workplaces last. Shelves at walls that are empty go, too.
+    """
     small = [item for item in items if item.carrier is not None and item.model.class_name is not None]
     excess = sum(item.model.class_name is not None for item in items) - MOST_OBJECTS
-    gone = {small[i].placement.id for i in rng.permutation(len(small))[: max(0, excess)]}
-    return [item for item in items if item.placement.id not in gone]
+    shelves = {item.placement.id for item in items if item.model.kind in ("bookcase", "shelf")}
+
+    def worth(item: Item) -> int:
+        is_of_desk = item.model.class_name in OF_DESKS
+        return 2 + OF_DESKS.index(str(item.model.class_name)) if is_of_desk else int(item.carrier in shelves)
+
+    going = sorted(_by_frequency([small[i] for i in rng.permutation(len(small))]), key=worth)
+    gone = {item.placement.id for item in going[: max(0, excess)]}
+    left = [item for item in items if item.placement.id not in gone]
+    carriers = {item.carrier for item in left}
+    return [item for item in left if item.model.kind != "shelf" or item.placement.id in carriers]
+
+
+def _by_frequency(items: Sequence[Item]) -> list[Item]:
+    """The items, those first whose class has most of those that are left."""
+    left: dict[str, list[Item]] = {}
+    for item in items:
+        left.setdefault(item.model.class_name or "", []).append(item)
+    ranked = [(len(same) - number, name, item) for name, same in left.items() for number, item in enumerate(same)]
+    return [item for _, _, item in sorted(ranked, key=lambda found: (-found[0], found[1]))]
 
 
 def _with_trajectory(

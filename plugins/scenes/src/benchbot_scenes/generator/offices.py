@@ -1,6 +1,6 @@
 """The furniture of rooms of offices, by function."""
 
-from benchbot_scenes.generator import clutter, fixtures
+from benchbot_scenes.generator import clutter, fixtures, walls
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.plot import Item
 
@@ -8,6 +8,9 @@ CEILING_LAMPS = ("ceiling lamp", "pendant lamp")
 WHITEBOARD_BOTTOM_M = 0.95
 # The share of meeting rooms whose whiteboard stands on wheels.
 WHEELED_BOARDS = 0.35
+# The share of desks at a wall with a shelf above, of offices with a chair for a visitor, and chairs of those who wait.
+SHELVES_ABOVE_DESKS, VISITORS = 0.3, 0.5
+WAITING, WAITING_GAP_M, WAITING_FRONT_M = 3, 0.1, 0.6
 
 
 def office(room: Furnisher) -> None:
@@ -16,12 +19,14 @@ def office(room: Furnisher) -> None:
     for _ in range(1 if room.plot.size_m[0] * room.plot.size_m[1] < 14 else 2):
         workplace(room)
     _cabinets(room, 2)
-    _books(room, 1)
+    _books(room, 2)
     _whiteboard(room)
+    if rng.random() < VISITORS:
+        room.against_wall(supply.draw("armchair", "chair"), front_m=0.4)
     fixtures.plants(room, 2)
     if rng.random() < 0.4:
         room.against_wall(supply.draw("coat rack", placement="floor"))
-    _finish(room, 2)
+    _finish(room, 4)
 
 
 def workplace(room: Furnisher) -> Item | None:
@@ -30,6 +35,9 @@ def workplace(room: Furnisher) -> Item | None:
     desk = room.against_wall(model, middle=bool(room.plot.rng.random() < 0.5))
     if desk is not None:
         _equip(room, desk)
+        if room.plot.rng.random() < SHELVES_ABOVE_DESKS:
+            wall, along_m = room.behind(desk)
+            walls.hang_shelf(room, room.supply.draw("shelf"), walls.Stretch(wall, along_m, along_m))
     return desk
 
 
@@ -72,7 +80,7 @@ def open_office(room: Furnisher) -> None:
     fixtures.plants(room, 3)
     if rng.random() < 0.5:
         room.against_wall(supply.draw("coat rack", placement="floor"))
-    _finish(room, 3)
+    _finish(room, 6)
 
 
 def meeting(room: Furnisher) -> None:
@@ -99,7 +107,7 @@ def meeting(room: Furnisher) -> None:
     if room.against_wall(on_wheels, front_m=0.3, middle=True) is None:
         _whiteboard(room)
     fixtures.plants(room, 2)
-    _finish(room, 2)
+    _finish(room, 4)
 
 
 def lobby(room: Furnisher) -> None:
@@ -119,11 +127,12 @@ def lobby(room: Furnisher) -> None:
         rug = supply.draw("rug", longest_m=2.6)
         if rug is not None and rng.random() < 0.6:
             room.rug(rug, couch, couch.size_m[0] / 2 + 0.7)
+    room.row_at_wall(supply.draw("chair"), WAITING, WAITING_GAP_M, WAITING_FRONT_M)
     _books(room, 1)
     board = room.against_wall(supply.draw("sideboard"), front_m=0.3)
     clutter.scatter(room, board, ("potted plant", "clock", "vase", "book"), 0.6)
     fixtures.plants(room, 4)
-    _finish(room, 3)
+    _finish(room, 6)
 
 
 def archive(room: Furnisher) -> None:
@@ -133,7 +142,7 @@ def archive(room: Furnisher) -> None:
     _books(room, 2)
     workplace(room)
     room.against_wall(supply.draw("basket"))
-    _finish(room, 1)
+    _finish(room, 2)
 
 
 def _whiteboard(room: Furnisher) -> None:
@@ -154,7 +163,7 @@ def _books(room: Furnisher, most: int) -> None:
             clutter.shelves(room, case, int(room.plot.rng.integers(4, 8)))
 
 
-def _finish(room: Furnisher, most_pictures: int) -> None:
+def _finish(room: Furnisher, most_dressed: int) -> None:
     fixtures.lamps(room, CEILING_LAMPS)
     fixtures.radiators(room)
-    fixtures.pictures(room, most_pictures)
+    walls.dress(room, most_dressed, with_shelves=True)

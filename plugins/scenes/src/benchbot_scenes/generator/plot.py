@@ -85,7 +85,7 @@ class Plot:
 
     def __post_init__(self) -> None:
         for door in self.doors:
-            self.kept.append(self._zone(door))
+            self.kept.append(self.zone(door))
 
     @property
     def size_m(self) -> Point:
@@ -166,13 +166,13 @@ class Plot:
         return all(bool((far[_cells(box, low, far.shape)] < REACH_M).any()) for box in standing)
 
     def _labels_before(self, labels: npt.NDArray[np.int32], door: Opening) -> set[int]:
-        zone = self._zone(door)
+        zone = self.zone(door)
         return set(np.unique(labels[_cells(zone, self.space.low, labels.shape)]).tolist()) - {0}
 
     def _threshold(self, door: Opening, shape: tuple[int, ...]) -> Iterator[tuple[slice, slice]]:
         """The cells of the wall that a door opens."""
         wall = self.wall_of(door)
-        box = self._zone(door)
+        box = self.zone(door)
         columns, rows = _cells(box, self.space.low, shape)
         yield {
             "west": (slice(0, 1), rows),
@@ -181,7 +181,8 @@ class Plot:
             "north": (columns, slice(shape[1] - 1, shape[1])),
         }[wall]
 
-    def _zone(self, door: Opening) -> Box:
+    def zone(self, door: Opening) -> Box:
+        """The floor before a door that stays free, as wide as its opening."""
         wall = self.wall_of(door)
         axis = 1 if wall in ("west", "east") else 0
         low, high = door.at[axis] - door.width_m / 2, door.at[axis] + door.width_m / 2
