@@ -165,7 +165,7 @@ def assert_stopped_in_time(robot: Unicycle) -> None:
     """Check, by the robot's clock, that it was told to stop soon after the strike, rests, and stays where it is."""
     until(lambda: robot.state["rested_s"] is not None)
     at_rest = robot.state
-    assert at_rest["zeroed_s"] is not None
+    assert at_rest["zeroed_s"] is not None, at_rest
     assert at_rest["zeroed_s"] - at_rest["struck_s"] <= STOPS_WITHIN_S
     assert_stays(robot)
 

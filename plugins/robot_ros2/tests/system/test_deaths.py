@@ -153,7 +153,7 @@ def test_somebody_is_frozen_in_a_run_that_is_joined(declared: Declared, frozen: 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
 def test_the_guard_dies_or_hangs_and_the_one_that_stands_by_stops_the_robot(declared: Declared, number: int) -> None:
     # Its 200 ms have to be long enough for a busy machine, too.
-    with unicycle(**ROBOT | {"motion_pace": 0.1}) as robot, submission(declared(use_sim_time=True)) as submitted:
+    with unicycle(**ROBOT | {"motion_pace": 0.05}) as robot, submission(declared(use_sim_time=True)) as submitted:
         until_under_way(robot, submitted)
         strike(robot, kill=[number, submitted.guards["guards"]])
         assert_stopped_in_time(robot)
