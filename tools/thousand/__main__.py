@@ -26,7 +26,7 @@ from benchmarks.bench_soundness import Checked, examined, kind_and_rooms, tell
 
 FIRST_SEED, SEEDS_APART = 700_000, 1000
 """The first seed of number V is FIRST_SEED + V, the next that plus SEEDS_APART, and so on."""
-COLUMNS, SIDE_PX, GAP_PX = 40, 44, 4
+COLUMNS, SIDE_PX, GAP_PX = 40, 41, 3
 PACKAGE = Path(str(files("benchbot_envs_thousand")))
 POSTER = Path("docs/images/thousand.jpg")
 
@@ -79,7 +79,7 @@ def _write_package(folder: Path, numbers: list[int]) -> None:
     for split, among in SPLITS.items():
         batch = {"name": f"{NAME}_{split}", "environments": [f"{NAME}_{number}:1" for number in among]}
         (PACKAGE / "batches" / f"{split}.yaml").write_text(yaml.safe_dump(batch, sort_keys=False), "utf-8")
-    _sheet(folder, numbers).save(POSTER, quality=45, optimize=True)
+    _sheet(folder, numbers).save(POSTER, quality=40, optimize=True, progressive=True)
     tell(NAME, [Checked(**one["checked"]) for one in kept])
     print(f"  seeds that gave no sound place: {sum(len(one['refused']) for one in kept)}")
 
