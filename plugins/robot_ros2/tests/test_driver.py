@@ -93,10 +93,10 @@ def test_an_observation_is_of_one_instant_after_the_call(tmp_path: Path) -> None
 def test_poses_are_those_of_the_picture_also_while_the_robot_moves(tmp_path: Path, delay_s: float) -> None:
     """They were those of the moment at which the observation was put together: 2 cm on at half a metre per second."""
     robot = declaration(use_sim_time=True)
-    with unicycle(odometry_delay_s=delay_s, **UNHURRIED), driver(robot, tmp_path) as platform:
+    with unicycle(odometry_delay_s=delay_s, **UNHURRIED) as there, driver(robot, tmp_path) as platform:
         platform.load(scene(), 0)
         platform.observe(["image_rgb", "poses"])
-        for _ in range(8):
+        while there.state["x"] < 0.3:
             platform.drive(0.5, 0.0, 0.1)
         seen = platform.observe(["image_rgb", "poses"])
 
