@@ -108,11 +108,8 @@ def _magnets(room: Furnisher, refrigerator: Item) -> None:
 
 
 def _front(item: Item) -> Floats:
-    """The foremost point (x, y, z; the item's frame, z above the floor) of each cell of an item's front."""
-    points, _ = surface_points(triangles_of(item.placement, item.model), FRONT_STEP_M * 0.7)
-    turn = np.radians(item.placement.yaw_deg)
-    x, y = points[:, 0] - item.placement.position[0], points[:, 1] - item.placement.position[1]
-    own = np.column_stack([np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x, points[:, 2]])
+    """The foremost point (x, y, z; the item's frame) of each cell of the front of an item on the floor."""
+    own = item.own(surface_points(triangles_of(item.placement, item.model), FRONT_STEP_M * 0.7)[0])
     cells = np.floor(own[:, 1:] / FRONT_STEP_M).astype(np.int64)
     order = np.lexsort((-own[:, 0], cells[:, 1], cells[:, 0]))
     is_first = np.ones(len(order), bool)

@@ -51,9 +51,7 @@ def _is_screen(item: Item) -> bool:
 
 def _aside(desk: Item, screen: Item) -> float:
     """How far to the left of a desk's middle cables are put, so that they come up behind a screen."""
-    turn = np.radians(desk.placement.yaw_deg)
-    off = np.subtract(screen.placement.position, desk.placement.position)
-    return float(np.cos(turn) * off[1] - np.sin(turn) * off[0]) + LEADS_OFF_M
+    return float(desk.own(np.array([screen.placement.position]))[0, 1]) + LEADS_OFF_M
 
 
 def _beside_board(room: Furnisher, board: Item, model: AssetModel | None) -> None:

@@ -135,9 +135,4 @@ def _levels(points: Floats, sign: float) -> dict[tuple[int, int], float]:
 
 def _own_points(item: Item) -> Floats:
     """Points (N, 3) all over an item, in its own frame."""
-    points, _ = surface_points(triangles_of(item.placement, item.model), CELL_M / 2)
-    turn, (x, y, z) = np.radians(item.placement.yaw_deg), item.placement.position
-    right, ahead = points[:, 0] - x, points[:, 1] - y
-    return np.column_stack(
-        [np.cos(turn) * right + np.sin(turn) * ahead, np.cos(turn) * ahead - np.sin(turn) * right, points[:, 2] - z]
-    )
+    return item.own(surface_points(triangles_of(item.placement, item.model), CELL_M / 2)[0])

@@ -62,6 +62,12 @@ class Item:
         px, py, _ = self.placement.position
         return px + cos * x - sin * y, py + sin * x + cos * y
 
+    def own(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Points (N, 3) of the map frame in the model's frame."""
+        turn = np.radians(self.placement.yaw_deg)
+        x, y, z = (points - np.array(self.placement.position)).T
+        return np.column_stack([np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x, z])
+
     @property
     def box(self) -> Box:
         """The upright box around it in the map frame."""
