@@ -61,6 +61,20 @@ def ceiling_lamp(path: Path, gap_m: float = 0.01) -> Path:
     return glb.write(path)
 
 
+def lit_and_dark_room(path: Path) -> Path:
+    """Two rooms of 2 x 2 x 2 m under one ceiling, parted by a wall of 6 cm about x = 0; a lamp is in that of x < 0."""
+    glb = Glb()
+    plaster = glb.material((0.8,) * 3)
+    for axis, name in enumerate("xyz"):
+        for end, place in (("low", -1.0), ("high", 1.0)):
+            low, high = [-2.2, -1.2, -1.2], [2.2, 1.2, 1.2]
+            low[axis], high[axis] = sorted((place * (2.0 if axis == 0 else 1.0), place * (2.2 if axis == 0 else 1.2)))
+            glb.box(f"{name} {end}", tuple(low), tuple(high), plaster)
+    glb.box("wall", (-0.03, -1.0, -1.0), (0.03, 1.0, 1.0), plaster)
+    glb.box("lamp", (-1.1, -0.1, -0.1), (-0.9, 0.1, 0.1), glb.material((0.8,) * 3, emission=(10.0,) * 3))
+    return glb.write(path)
+
+
 def room_by_night(path: Path) -> Path:
     """A room of 4 x 3 x 2.5 m, open behind a pane towards y = 3; a smooth floor, a shade that glows inside too."""
     glb = Glb()

@@ -47,6 +47,20 @@ def test_a_closed_room_holds_as_much_light_as_its_lamp_gives(tmp_path: Path, ker
     assert cells[:, 6:9].mean() == pytest.approx(straight + reflected, rel=0.02)
 
 
+def test_light_stays_in_its_room(tmp_path: Path, kernel_cache: Path) -> None:
+    """Cells of the ceiling reach across the wall, and so do those that they are averaged with."""
+    scene = load_scene(rooms.lit_and_dark_room(tmp_path / "rooms.glb"))
+    renderer = Renderer(scene, Lighting(exposure=0.1), cache_dir=kernel_cache)
+    cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+    ceiling = cells[(np.abs(cells[:, :2]).max(axis=1) < 0.9) & (cells[:, 2] > 0.9) & (cells[:, 5] < -0.9)]
+    beside, lit, dark = (
+        ceiling[rows, 6] for rows in (np.abs(ceiling[:, 0] + 0.1) < 0.04, ceiling[:, 0] < -0.05, ceiling[:, 0] > 0.05)
+    )
+
+    assert dark.max() < 0.02 * lit.mean()  # a third of what is beside the wall before cells knew of rooms
+    assert beside.mean() > 0.9 * ceiling[np.abs(ceiling[:, 0] + 0.2) < 0.04, 6].mean()
+
+
 def test_the_sun_casts_the_poles_shadow_away_from_itself(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.plaza(tmp_path / "plaza.glb"))
     sun = Sun(azimuth_deg=90.0, elevation_deg=45.0)

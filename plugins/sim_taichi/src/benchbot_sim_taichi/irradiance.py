@@ -21,7 +21,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 26
+VERSION = 27
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -135,7 +135,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     indirect, smoothed = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
     kernels.split_cells(cells, direct, before, sky, indirect, count, rays)
     for step in SMOOTHING_STEPS:
-        kernels.smooth_cells(grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
+        kernels.smooth_cells(*device.tree, grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
         indirect, smoothed = smoothed, indirect
     kernels.finish_cells(cells, direct, indirect, count)
     return Irradiance(found.grid, _ti.download(cells), found.layout, near)
@@ -149,6 +149,9 @@ def _by_kinds(
     samples = _ti.upload(found.samples)
     scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, device.lights[0], device.lights[2])
     cell_kinds.find_kinds(*scene_arrays, vertices, samples, kinds, int(found.first[-1]), seed)
+    cell_kinds.find_sides(
+        *device.tree, device.surfaces[0], vertices, samples, _ti.upload(found.first), kinds, found.count
+    )
     split, kind, following = surface_cells.split(found, _ti.download(kinds))
     values = np.zeros((split.count, surface_cells.CELL_STRIDE), np.float32)
     values[:, 24], values[:, 25] = following, kind

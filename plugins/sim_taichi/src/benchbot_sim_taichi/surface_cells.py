@@ -12,7 +12,8 @@ from benchbot_sim_taichi.tables import triangle_areas
 CELL_STRIDE = 26
 SAMPLE_STRIDE = 4
 DIRECTIONS = 6
-OPEN, OUTDOORS, SLOT = range(3)  # kinds of points: in a room, before its panes, between surfaces close to each other
+# Kinds of points: in a room, before its panes, between surfaces close to each other, behind a wall.
+OPEN, OUTDOORS, SLOT, BEHIND = range(4)
 MAX_SAMPLES_PER_CELL = 16
 MAX_GRID_ENTRIES = 24_000_000
 DEFAULT_CELL_SIZE_M = 0.10

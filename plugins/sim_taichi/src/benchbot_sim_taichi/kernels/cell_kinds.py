@@ -3,12 +3,12 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import SLOT_M
-from benchbot_sim_taichi.kernels.cells import OFFSET_M, sample_point
+from benchbot_sim_taichi.kernels.cells import CLEAR_M, OFFSET_M, sample_point
 from benchbot_sim_taichi.kernels.panes import sent
 from benchbot_sim_taichi.kernels.sampling import cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3
-from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace
-from benchbot_sim_taichi.surface_cells import OPEN, OUTDOORS, SAMPLE_STRIDE, SLOT
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.surface_cells import BEHIND, OPEN, OUTDOORS, SAMPLE_STRIDE, SLOT
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 SLOT_RAYS = 6
@@ -60,3 +60,32 @@ def find_kinds(
                     if passed.share.max() > 0.0 and passed.panes == 0:
                         kind = OUTDOORS
         kinds[sample] = kind
+
+
+@ti.kernel
+def find_sides(
+    nodes: floats,
+    leaves: floats,
+    triangles: floats,
+    vertices: floats,
+    samples: floats,
+    first: ints,
+    kinds: ints,
+    count: ti.i32,
+):
+    """Change the kinds of samples in a room that a wall parts from the first such one of their cell."""
+    for cell in range(count):
+        anchor = vec3(0.0)
+        is_first = True
+        for sample in range(first[cell], first[cell + 1]):
+            if kinds[sample] == OPEN:
+                triangle = ti.cast(samples[sample * SAMPLE_STRIDE], ti.i32)
+                face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * samples[sample * SAMPLE_STRIDE + 3]
+                point = sample_point(triangles, vertices, samples, sample) + face * CLEAR_M
+                way = point - anchor
+                away = way.norm()
+                if is_first:
+                    anchor = point
+                    is_first = False
+                elif away > 0.0 and trace(nodes, leaves, 0, anchor, way / away, away, True).triangle >= 0:
+                    kinds[sample] = BEHIND

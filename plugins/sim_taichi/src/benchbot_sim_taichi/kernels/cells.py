@@ -24,6 +24,8 @@ OFFSET_M = 5e-4
 GAP_M = 0.25  # deeper than what lamps and furniture leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
 APART_WEIGHT = 0.1
+CLEAR_M = 0.03  # above what is round, or has mouldings
+LEAST_WEIGHT = 1e-3
 LINK_NONE = -1
 INV_PI = 0.31830988618379067
 
@@ -302,6 +304,8 @@ def bounce_cells(
 
 @ti.kernel
 def smooth_cells(
+    nodes: floats,
+    leaves: floats,
     grid: ints,
     cells: floats,
     layout: floats,
@@ -313,7 +317,7 @@ def smooth_cells(
 ):
     """Average 3 values per cell over coplanar neighbours, `step` cells apart (à-trous: Dammertz et al., 2010).
 
-    Further cells of a place keep their own.
+    Those behind a wall are left out. Further cells of a place keep their own.
     """
     nx, ny, nz = ti.cast(layout[4], ti.i32), ti.cast(layout[5], ti.i32), ti.cast(layout[6], ti.i32)
     for cell in range(count):
@@ -335,6 +339,11 @@ def smooth_cells(
                 if other >= 0:
                     spread = ti.exp(-0.35 * ti.cast(dx * dx + dy * dy + dz * dz, ti.f32))
                     weight = spread * cell_weight(cells, other, position, normal, layout[3])
+                    way = load3(cells, other * CELL_STRIDE) - position
+                    away = way.norm()
+                    if weight > LEAST_WEIGHT and away > 0.0:
+                        between = trace(nodes, leaves, 0, position + normal * CLEAR_M, way / away, away, True)
+                        weight = ti.select(between.triangle >= 0, 0.0, weight)
                     total += load3(source, other * 3) * weight
                     weight_sum += weight
         for c in ti.static(range(3)):
