@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -151,6 +152,18 @@ def test_what_was_killed_goes_on_and_ends_with_the_same_bytes(
 
     assert files(collected(folder, kernel_cache)) == files(undisturbed)
     assert first.stat().st_mtime_ns == kept, "it was made again"
+
+
+def test_a_worker_that_is_killed_is_told_of(kernel_cache: Path, tmp_path: Path) -> None:
+    with collecting(drawn(tmp_path / "data"), kernel_cache) as process:
+        while process.poll() is None and not (workers := psutil.Process(process.pid).children(recursive=True)[1:]):
+            time.sleep(0.005)
+        workers[-1].kill()
+        _, told = process.communicate()
+
+    assert process.returncode == 2
+    assert "was ended from outside" in told
+    assert "fewer --workers" in told
 
 
 @given(arrays.arrays(bool, st.tuples(st.integers(1, 9), st.integers(1, 9))))

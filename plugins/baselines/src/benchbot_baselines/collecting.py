@@ -1,4 +1,4 @@
-"""Collecting: each seed's place is furnished by a process of its own, pictured in one batch, and written at once.
+"""Collecting: each seed's place is furnished, pictured in one batch and written at once, several side by side.
 
 A place is a file `places/SEED.npz` of the arrays that `Shots` describes; what is there already is not made again, so
 that a run which was interrupted goes on, and ends with the same bytes.
@@ -11,9 +11,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from itertools import islice
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import IO, TYPE_CHECKING, Any
@@ -22,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.mapping import CLASS_LIST
-from benchbot.plugin import BenchbotError, cache_dir, write_atomically
+from benchbot.plugin import BenchbotError, write_atomically
+from benchbot.process import processors
 from benchbot_baselines.places import LIGHTS, Place, draw_views, furnish, light_of
 
 if TYPE_CHECKING:
@@ -32,8 +34,6 @@ if TYPE_CHECKING:
 MOST_MM = 2**16 - 1
 BACKGROUND = len(CLASS_LIST) - 1
 INFO = "collection.json"
-AHEAD = 2
-"""So many places are furnished ahead by each process: more would fill the memory while pictures are taken."""
 CANDIDATES = 5
 """So many views are drawn for each that is taken: most of a place is walls and furniture without a class."""
 GLIMPSE = (80, 60)
@@ -103,30 +103,47 @@ def collect_places(
     settings: Settings,
     device: str,
     workers: int,
-    told: Callable[[int, Path], None],
-) -> None:
-    """Make the file of every seed that has none, and tell each seed and its file, in order."""
-    missing = [seed for seed in seeds if not place_file(folder, seed).exists()]
+    writers: Sequence[Callable[[int, Path], None]],
+) -> Iterator[int]:
+    """Make the file of every seed that has none, hand each to all writers, and yield the seeds, in order.
+
+    Places are made from first to last picture by processes that share the processors and the device; `writers` are
+    pickled. Raises BenchbotError when such a process is ended from outside.
+    """
     spawn = multiprocessing.get_context("spawn")
-    # A pool's workers wait for ever for a process that was killed.
-    with ProcessPoolExecutor(workers, spawn, _end_with, (os.getpid(),)) as pool:
-        waiting = iter(missing)
-        furnished = {seed: pool.submit(furnish, seed, settings.assets) for seed in islice(waiting, AHEAD * workers)}
+    making = partial(_make, folder, settings, device, writers)
+    shares = (os.getpid(), max(processors() // workers, 1))
+    with ProcessPoolExecutor(workers, spawn, _begin_worker, shares) as pool:
         try:
-            for seed in seeds:
-                path = place_file(folder, seed)
-                if seed in furnished:
-                    place = furnished.pop(seed).result()
-                    furnished |= {more: pool.submit(furnish, more, settings.assets) for more in islice(waiting, 1)}
-                    with whole(path) as file:
-                        np.savez(file, **vars(shoot(place, settings, device)))
-                told(seed, path)
+            yield from pool.map(making, seeds)
+        except BrokenProcessPool as error:
+            raise BenchbotError(
+                "A process that made a place was ended from outside.",
+                "Mostly that is for want of memory: each of them draws a place.",
+                "Start it again, with fewer --workers: places that are whole are kept.",
+            ) from error
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _end_with(parent: int) -> None:
-    """End this process when its parent has ended."""
+def _make(
+    folder: Path, settings: Settings, device: str, writers: Sequence[Callable[[int, Path], None]], seed: int
+) -> int:
+    path = place_file(folder, seed)
+    if not path.exists():
+        shots = shoot(furnish(seed, settings.assets), settings, device)
+        with whole(path) as file:
+            np.savez(file, **vars(shots))
+    for write in writers:
+        write(seed, path)
+    return seed
+
+
+def _begin_worker(parent: int, threads: int) -> None:
+    """Draw with so many threads, and end this process when its parent has ended: a pool's workers wait for ever."""
+    from benchbot_sim_taichi import _ti
+
+    os.environ[_ti.THREADS] = str(threads)
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -147,7 +164,7 @@ def shoot(place: Place, settings: Settings, device: str) -> Shots:
 def _renderer(
     place: Place, light: str, settings: Settings, device: str, scratch: Path
 ) -> "tuple[Renderer, SceneGeometry]":
-    """Return what draws a place; its kernels are the user's, its light is kept in `scratch`: 60 MB, used once."""
+    """Return what draws a place; kernels are the simulator's, light is kept in `scratch`: 60 MB, used once."""
     from benchbot_scenes.generator.files import LIGHTING
     from benchbot_scenes.gltf import load_scene
     from benchbot_sim_taichi import _ti
@@ -155,9 +172,10 @@ def _renderer(
     from benchbot_sim_taichi.quality import QUALITIES
     from benchbot_sim_taichi.renderer import Renderer
 
-    _ti.start(device, cache_dir())
+    kept = _ti.default_cache_dir()
+    _ti.start(device, kept)
     # Processes that the renderer starts look there for their kernels.
-    (scratch / "kernels").symlink_to(cache_dir() / "kernels", target_is_directory=True)
+    (scratch / "kernels").symlink_to(kept / "kernels", target_is_directory=True)
     scene = scratch / "scene.glb"
     scene.write_bytes(place.scene)
     geometry = load_scene(scene)

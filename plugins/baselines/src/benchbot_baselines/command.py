@@ -12,6 +12,8 @@ from benchbot.plugin import BenchbotError, did_you_mean
 
 FORMATS = ("arrays", "coco", "parquet")
 MOST_SEEDS = 100_000
+MOST_WORKERS = 16
+"""So many at a time by default: each takes up to 1 GB of memory."""
 
 
 def collect(
@@ -27,7 +29,12 @@ def collect(
         str, typer.Option("--formats", metavar="NAMES", help="arrays (always kept), coco, parquet.")
     ] = "coco",
     device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
-    workers: Annotated[int, typer.Option("--workers", min=1, max=256, help="Processes that furnish places.")] = 2,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", min=1, max=256, help="Places that are made at a time (default: one a processor, at most 16)."
+        ),
+    ] = None,
 ) -> None:
     """Collect labelled pictures of generated places: colours, depth, objects, poses.
 
@@ -38,8 +45,10 @@ def collect(
     started again. `places/SEED.npz` has all arrays of a place; `coco/instances.json` boxes and masks;
     `parquet` what Hugging Face's datasets reads.
     """
+    from functools import partial
     from importlib.util import find_spec
 
+    from benchbot.process import processors
     from benchbot_baselines import coco
     from benchbot_baselines.collecting import Settings, begin, collect_places
     from benchbot_baselines.places import LIGHTS
@@ -65,18 +74,15 @@ def collect(
     begin(output, settings)
     progress = counted("places", chosen)
 
-    def told(seed: int, path: Path) -> None:
-        if "coco" in wanted:
-            coco.write_place(output / "coco", seed, path)
-        if "parquet" in wanted:
-            from benchbot_baselines import parquet
+    writers = [partial(coco.write_place, output / "coco")] if "coco" in wanted else []
+    if "parquet" in wanted:
+        from benchbot_baselines import parquet
 
-            parquet.write_place(output / "parquet", seed, path)
-        next(progress, None)
-
+        writers.append(partial(parquet.write_place, output / "parquet"))
     with working("Collecting pictures"):
         next(progress)
-        collect_places(output, chosen, settings, kind, workers, told)
+        for _ in collect_places(output, chosen, settings, kind, workers or min(processors(), MOST_WORKERS), writers):
+            next(progress, None)
     next(progress, None)
     if "coco" in wanted:
         console.note(f"Boxes and masks: {coco.finish(output / 'coco')}")
