@@ -36,7 +36,8 @@ with told_if_missing(__name__):
     from benchbot_baselines.policy_network import Memory, Network, known, read_onnx, to_onnx
 
 MOVES = (Move("move_distance", FORWARD_M), Move("move_angle", TURN_DEG), Move("move_angle", -TURN_DEG))
-BATCH_SHARES = 4
+BATCH_STEPS = 4096
+"""Steps of all processes that a gradient is of: of more, a gradient teaches little more, and there are fewer."""
 EPOCHS = 3
 CRITIC_ALONE = 25
 """Updates in which a critic learns that does not know the policy yet."""
@@ -212,8 +213,9 @@ def learn(
     returns = (advantages + taken.values).flatten()
     crops, facts = taken.crops.flatten(0, 1), taken.known.flatten(0, 1)
     actions, likely, gained = taken.actions.flatten(), taken.likely.flatten(), advantages.flatten()
+    batches = max(len(actions) * share // BATCH_STEPS, 1)
     for _ in range(EPOCHS):
-        for chosen in torch.randperm(len(actions), device=actions.device).chunk(BATCH_SHARES):
+        for chosen in torch.randperm(len(actions), device=actions.device).chunk(batches):
             logits, value = network(crops[chosen].float(), facts[chosen])
             choice = torch.distributions.Categorical(logits=logits, validate_args=False)
             normal = (gained[chosen] - gained[chosen].mean()) / (gained[chosen].std() + 1e-6)
@@ -308,10 +310,11 @@ def _work(
             distributed.all_reduce(shared)
             shared[3:] /= processes  # all must see the same end
         done = float(shared[3:].max())
+        left = max(1 - done, 0.05)
         for group in optimizer.param_groups:
-            group["lr"] = options.rate * max(1 - done, 0.05)
+            group["lr"] = options.rate * left
         is_critic_alone = begun_from is not None and update < CRITIC_ALONE
-        learn(network, optimizer, taken, options.entropy, processes, is_critic_alone=is_critic_alone)
+        learn(network, optimizer, taken, options.entropy * left, processes, is_critic_alone=is_critic_alone)
         recent = [*recent[-49:], shared[:3]]
         update += 1
         steps = update * options.steps * options.environments * processes
