@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from benchbot_scenes.generator import cables
 from benchbot_scenes.generator.furnish import Furnisher
-from benchbot_scenes.generator.plot import WALLS, Item
+from benchbot_scenes.generator.plot import AXIS, WALLS, Item
 from benchbot_scenes.intersections import triangles_of
 from benchbot_scenes.visibility import surface_points
 
@@ -62,7 +62,7 @@ def _shoes(rooms: Sequence[Furnisher]) -> None:
         coats = [item for item in room.plot.items if item.model.kind == "coat rack"]
         near = coats[0].placement.position[:2] if coats else room.plot.doors[0].at
         walls = sorted(WALLS, key=lambda wall: _off(room, wall, near))
-        places = [(wall, _along(wall, near) + step * PAIR_PITCH_M) for wall in walls[:2] for step in _outwards()]
+        places = [(wall, near[AXIS[wall]] + step * PAIR_PITCH_M) for wall in walls[:2] for step in _outwards()]
         for wall, along_m in places:
             if room.at_wall_exactly(model, wall, along_m, 0.0) is not None:
                 break
@@ -73,12 +73,8 @@ def _outwards() -> list[int]:
     return sorted(range(-PAIRS_TRIED // 2, PAIRS_TRIED // 2 + 1), key=abs)
 
 
-def _along(wall: str, at: tuple[float, float]) -> float:
-    return at[1] if wall in ("west", "east") else at[0]
-
-
 def _off(room: Furnisher, wall: str, at: tuple[float, float]) -> float:
-    x, y = room.plot.at_wall(wall, _along(wall, at), 0.0)
+    x, y = room.plot.at_wall(wall, at[AXIS[wall]], 0.0)
     return float(np.hypot(x - at[0], y - at[1]))
 
 

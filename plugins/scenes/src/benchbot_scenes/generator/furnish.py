@@ -8,6 +8,7 @@ import numpy as np
 
 from benchbot_scenes.catalogue import AssetModel
 from benchbot_scenes.generator.plot import (
+    AXIS,
     GAP_M,
     LOW_M,
     WALL_GAP_M,
@@ -344,8 +345,7 @@ class Furnisher:
     def behind(self, item: Item) -> tuple[str, float]:
         """The wall that an item has its back to, and where along it."""
         wall = next(wall for wall in WALLS if abs(YAW_DEG[wall] - item.placement.yaw_deg % 360) < 45)
-        x, y, _ = item.placement.position
-        return wall, y if wall in ("west", "east") else x
+        return wall, item.placement.position[AXIS[wall]]
 
     def hung_at_ceiling(self, model: AssetModel | None, x: float, y: float) -> Item | None:
         """Under the ceiling."""

@@ -6,7 +6,7 @@ from benchbot_scenes.catalogue import AssetModel
 from benchbot_scenes.generator import clutter, fixtures, walls
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.offices import archive, lobby, meeting, office, open_office
-from benchbot_scenes.generator.plot import WALLS, Box, Item
+from benchbot_scenes.generator.plot import AXIS, WALLS, Box, Item
 from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.layout import Point
 
@@ -65,7 +65,7 @@ def _sofa_corner(room: Furnisher) -> Item | None:
     # A tv before a window can hardly be watched.
     drawn = [WALLS[i] for i in rng.permutation(4)]
     for wall in sorted(drawn, key=lambda wall: len(room.plot.openings_in(wall, room.plot.windows))):
-        depth = room.plot.size_m[0 if wall in ("west", "east") else 1]
+        depth = room.plot.size_m[1 - AXIS[wall]]
         stand = room.against_wall(board, [wall], middle=True)
         if stand is None:
             continue

@@ -26,6 +26,8 @@ GAP_M = 0.02
 LOW_M, FLAT_M = 0.72, 0.03
 WALLS = ("west", "south", "east", "north")
 YAW_DEG = {"west": 0.0, "south": 90.0, "east": 180.0, "north": 270.0}
+AXIS = {"west": 1, "south": 0, "east": 1, "north": 0}
+"""Of x and y, the one that a wall runs along."""
 
 
 @dataclass(frozen=True)
@@ -112,9 +114,8 @@ class Plot:
         return min((wall for wall in WALLS if inside[wall]), key=lambda wall: off_m[wall])
 
     def along(self, wall: str) -> tuple[float, float]:
-        """From where to where a wall runs, along y (west, east) or x."""
-        axis = 1 if wall in ("west", "east") else 0
-        return self.space.low[axis], self.space.high[axis]
+        """From where to where a wall runs."""
+        return self.space.low[AXIS[wall]], self.space.high[AXIS[wall]]
 
     def at_wall(self, wall: str, along_m: float, off_m: float) -> Point:
         """The point `off_m` into the room from a wall, at `along_m` along it."""
@@ -128,7 +129,7 @@ class Plot:
 
     def openings_in(self, wall: str, openings: tuple[Opening, ...]) -> list[tuple[float, float, Opening]]:
         """The openings in a wall, from where to where."""
-        axis = 1 if wall in ("west", "east") else 0
+        axis = AXIS[wall]
         return [
             (opening.at[axis] - opening.width_m / 2, opening.at[axis] + opening.width_m / 2, opening)
             for opening in openings
@@ -190,7 +191,7 @@ class Plot:
     def zone(self, door: Opening) -> Box:
         """The floor before a door that stays free, as wide as its opening."""
         wall = self.wall_of(door)
-        axis = 1 if wall in ("west", "east") else 0
+        axis = AXIS[wall]
         low, high = door.at[axis] - door.width_m / 2, door.at[axis] + door.width_m / 2
         corners = [self.at_wall(wall, along, off) for along in (low, high) for off in (0.0, DOOR_ZONE_M)]
         xs, ys = zip(*corners, strict=True)

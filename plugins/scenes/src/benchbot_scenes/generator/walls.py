@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from benchbot_scenes.catalogue import AssetModel
 from benchbot_scenes.generator.furnish import Furnisher
-from benchbot_scenes.generator.plot import WALLS, Box, Item, Plot
+from benchbot_scenes.generator.plot import AXIS, WALLS, Box, Item, Plot
 
 # Cupboards hang side by side, about so wide each, and so far beside windows.
 CUPBOARD_BOTTOM_M, CUPBOARD_M, BESIDE_WINDOW_M = 1.45, 0.75, 0.1
@@ -73,7 +73,7 @@ def bare_stretches(plot: Plot) -> Iterator[Stretch]:
     """The stretches of a room's walls between openings and what stands or hangs at the height of eyes."""
     zones = [plot.zone(door) for door in plot.doors]
     for wall in WALLS:
-        axis = 1 if wall in ("west", "east") else 0
+        axis = AXIS[wall]
         low, high = plot.along(wall)
         before = _strip(plot, wall, BARE_LOW_M, BARE_HIGH_M)
         taken = [(start, end) for start, end, _ in plot.openings_in(wall, (*plot.windows, *plot.doors))]
@@ -126,7 +126,7 @@ def _row_m(models: Sequence[AssetModel], gap_m: float) -> float:
 
 def _top_before(plot: Plot, part: Stretch) -> float:
     """How high what stands before a stretch reaches, with what stands on it; 0 m where nothing does."""
-    axis = 1 if part.wall in ("west", "east") else 0
+    axis = AXIS[part.wall]
     before = _strip(plot, part.wall, 0.0, BARE_HIGH_M)
     low, high = list(before.low), list(before.high)
     low[axis], high[axis] = part.low_m, part.high_m
@@ -143,7 +143,7 @@ def cupboards(room: Furnisher, units: Sequence[Item]) -> None:
         return
     model = room.supply.matching(model, counters[0].model) or model
     wall, _ = room.behind(counters[0])
-    axis = 1 if wall in ("west", "east") else 0
+    axis = AXIS[wall]
     stretches = [
         (unit.box.low[axis], unit.box.high[axis])
         for unit in units
