@@ -1,23 +1,19 @@
 """People."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from tools.household import materials
 from tools.household.item import Item
-from tools.household.model import Material, Model, fit_to_box
-from tools.household.people import (
-    ARMS_CROSSED,
-    PHONING,
-    SITTING,
-    SITTING_BACK,
-    STANDING,
-    WALKING,
-    Looks,
-    Pose,
-    ending,
-    person,
-)
+from tools.household.model import Material, Model, Part, bounds, fit_to_box
+from tools.household.people import Looks, person
+from tools.household.poses import ARMS_CROSSED, PHONING, SITTING, SITTING_BACK, STANDING, WALKING, Pose
 from tools.household.textures import linear_color
+
+# So often points are moved, since one way disturbs another.
+_ROUNDS = 12
 
 
 def _cloth(name: str, code: str) -> Material:
@@ -118,6 +114,32 @@ _WOMAN_ENDS = {
 }
 
 
+def _ending(model: Model, points: Mapping[float, tuple[float, float]]) -> Model:
+    """A model of the same box that, seen from above, ends at these points (x, y) at these angles in degrees.
+
+    They are from the middle of the box. What reaches further is pressed flat, and what is nearest pulled there; by
+    millimetres, or it would show.
+    """
+    low, high = bounds(model)
+    middle = (low[:2] + high[:2]) / 2
+    vertices = np.concatenate([part.mesh.vertices for part in model])
+    seen = vertices[:, :2] - middle
+    ways = [(np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))]), end) for angle, end in points.items()]
+    for _ in range(_ROUNDS):
+        for way, end in ways:
+            seen += np.minimum(way @ end - seen @ way, 0.0)[:, None] * way
+    free = np.ones(len(seen), bool)
+    for end in dict.fromkeys(points.values()):
+        nearest = vertices[np.argmin(np.linalg.norm(seen - end, axis=1) + ~free)]
+        moved_there = np.linalg.norm(vertices - nearest, axis=1) < 1e-6
+        seen[moved_there], free[moved_there] = end, False
+    vertices[:, :2] = seen + middle
+    meshes = np.split(vertices, np.cumsum([len(part.mesh.vertices) for part in model])[:-1])
+    return tuple(
+        Part(replace(part.mesh, vertices=mesh), part.material) for part, mesh in zip(model, meshes, strict=True)
+    )
+
+
 def _published(
     pose: Pose,
     looks: Looks,
@@ -127,7 +149,7 @@ def _published(
     """A person in the box that published layouts rely on, upright and at the angles of `ends`."""
     model = fit_to_box(person(pose, looks), size_m, may_turn=False)
     turned = ends or {}
-    return ending(model, {quarter * 90.0 - yaw: row[quarter] for yaw, row in turned.items() for quarter in range(4)})
+    return _ending(model, {quarter * 90.0 - yaw: row[quarter] for yaw, row in turned.items() for quarter in range(4)})
 
 
 ITEMS = (
