@@ -126,13 +126,15 @@ def server(root: Path, cache: Path, options: argparse.Namespace) -> Iterator[Ser
     cache.mkdir(parents=True, exist_ok=True)
     sources = [root, *sorted(root.glob("plugins/*/src"))]
     threads = {} if options.threads is None else {"TI_CPU_MAX_NUM_THREADS": str(options.threads)}
+    # Ours come before what else there is, such as libraries in a folder of their own.
+    paths = filter(None, [*map(str, sources), os.environ.get("PYTHONPATH")])
     with subprocess.Popen(
         [sys.executable, str(SERVER), str(cache), options.device, options.robot],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
         cwd=root,
-        env={**os.environ, **threads, "PYTHONPATH": os.pathsep.join(map(str, sources))},
+        env={**os.environ, **threads, "PYTHONPATH": os.pathsep.join(paths)},
     ) as process:
         imported = Path(answer(process))
         if not imported.is_relative_to(root):
