@@ -75,6 +75,17 @@ def lit_and_dark_room(path: Path) -> Path:
     return glb.write(path)
 
 
+def bottle(path: Path) -> Path:
+    """Two shells of clear glass about the origin, of 20 and 19 cm radius."""
+    glb = Glb()
+    glass = glb.material((1.0,) * 3, glass=True, roughness=0.0)
+    vertices, triangles, normals = sphere(48)
+    shells = np.concatenate([vertices * 0.2, vertices * 0.19])
+    both = np.concatenate([triangles, triangles + len(vertices)])
+    glb.add("bottle", shells, both, glass, normals=np.concatenate([normals, normals]))
+    return glb.write(path)
+
+
 def room_by_night(path: Path) -> Path:
     """A room of 4 x 3 x 2.5 m, open behind a pane towards y = 3; a smooth floor, a shade that glows inside too."""
     glb = Glb()

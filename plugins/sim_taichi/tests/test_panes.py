@@ -82,6 +82,17 @@ def wall(path: Path, radiance: npt.NDArray[np.float64]) -> Path:
     return glb.write(path)
 
 
+def test_clear_glass_cannot_be_seen_in_even_light(tmp_path: Path, kernel_cache: Path) -> None:
+    """What each of its layers does not let pass it mirrors, of light that is the same from everywhere."""
+    even = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=Sky((1, 1, 1), (1, 1, 1), (1, 1, 1)), exposure=0.3)
+    scene = load_scene(rooms.bottle(tmp_path / "bottle.glb"))
+    renderer = Renderer(scene, even, cache_dir=kernel_cache)
+    frame = renderer.render(looking((0.0, -1.0, 0.0), 90.0, 0.0), Intrinsics.from_horizontal_fov(96, 72, 40.0))
+
+    assert (frame.instance > 0).mean() > 0.1
+    assert np.ptp(frame.rgb) <= 1
+
+
 def test_what_is_not_cut_out_casts_a_shadow(tmp_path: Path, kernel_cache: Path) -> None:
     sun = Sun(azimuth_deg=180, elevation_deg=10, irradiance=(5, 5, 5))
     scene = load_scene(rooms.fence(tmp_path / "fence.glb"))

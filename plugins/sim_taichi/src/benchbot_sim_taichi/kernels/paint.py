@@ -89,7 +89,7 @@ def paint(
         number = -1.0
         pane_t = FAR
         pane_normal = vec3(0.0)
-        pane_specular = 0.0
+        pane_share = 0.0
         passed = vec3(1.0)
         kind = ROUGH
         color = outlook(env, direction, 1.0 / cameras[eye + 12])
@@ -127,9 +127,10 @@ def paint(
                         if pane_t == FAR:
                             pane_t = hit.t
                             pane_normal = surface.normal
-                            pane_specular = surface.specular.x
-                        cosine = -surface.normal.dot(direction)
-                        passed *= surface.diffuse * (1.0 - pane_reflectance(surface.specular.x, cosine))
+                        share = pane_reflectance(surface.specular.x, -surface.normal.dot(direction))
+                        # Further layers mirror what the first does, seen through those before them.
+                        pane_share += passed.min() * share
+                        passed *= surface.diffuse * (1.0 - share)
                     else:
                         root = ti.select(is_sheer, -1, root)
                         start = 0.0
@@ -171,14 +172,13 @@ def paint(
                         color = shade(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
         if pane_t < FAR:
             # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
-            mirrored = pane_reflectance(pane_specular, -pane_normal.dot(direction))
             color = (color + even) * passed
             number = -2.0 - number
             kind = MIRROR
             for i in ti.static(range(3)):
                 mirrors[out + i] = pane_normal[i]
                 mirrors[out + 3 + i] = pane_normal[i]
-                mirrors[out + 6 + i] = mirrored
+                mirrors[out + 6 + i] = pane_share
             mirrors[out + 9] = 0.0
             mirrors[out + 10] = pane_t
         kinds[pixel] = kind | sun_edge * SUN_EDGE

@@ -144,7 +144,8 @@ def paint_tiles(
                                         pane_normal.x[lane] = surface.normal.x
                                         pane_normal.y[lane] = surface.normal.y
                                         pane_normal.z[lane] = surface.normal.z
-                                        pane_share[lane] = mirrored
+                                    # Further layers mirror what the first does, seen through those before them.
+                                    pane_share[lane] += share.min() * mirrored
                                     share *= surface.diffuse * (1.0 - mirrored)
                                 else:
                                     t[lane], u[lane], v[lane], triangle[lane] = hit.t, hit.u, hit.v, hit.triangle
