@@ -57,7 +57,7 @@ def test_light_stays_in_its_room(tmp_path: Path, kernel_cache: Path) -> None:
         ceiling[rows, 6] for rows in (np.abs(ceiling[:, 0] + 0.1) < 0.04, ceiling[:, 0] < -0.05, ceiling[:, 0] > 0.05)
     )
 
-    assert dark.max() < 0.02 * lit.mean()  # a third of what is beside the wall before cells knew of rooms
+    assert dark.max() < 0.02 * lit.mean()
     assert beside.mean() > 0.9 * ceiling[np.abs(ceiling[:, 0] + 0.2) < 0.04, 6].mean()
 
 

@@ -140,10 +140,13 @@ def _make(
 
 
 def _begin_worker(parent: int, threads: int) -> None:
-    """Draw with so many threads, and end this process when its parent has ended: a pool's workers wait for ever."""
+    """Draw with so many threads, unless the user says how many, and end this process when its parent has ended.
+
+    A pool's workers would wait for ever for a parent that was killed.
+    """
     from benchbot_sim_taichi import _ti
 
-    os.environ[_ti.THREADS] = str(threads)
+    os.environ.setdefault(_ti.THREADS, str(threads))
 
     def watch() -> None:
         while os.getppid() == parent:

@@ -12,8 +12,6 @@ from benchbot.plugin import BenchbotError, did_you_mean
 
 FORMATS = ("arrays", "coco", "parquet")
 MOST_SEEDS = 100_000
-MOST_WORKERS = 16
-"""So many at a time by default: each takes up to 1 GB of memory."""
 
 
 def collect(
@@ -30,11 +28,8 @@ def collect(
     ] = "coco",
     device: Annotated[str, typer.Option("--device", help="auto, cpu or cuda.")] = "auto",
     workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", min=1, max=256, help="Places that are made at a time (default: one a processor, at most 16)."
-        ),
-    ] = None,
+        int, typer.Option("--workers", min=1, max=256, help="Places that are made at a time, 1.5 GB of memory each.")
+    ] = 2,
 ) -> None:
     """Collect labelled pictures of generated places: colours, depth, objects, poses.
 
@@ -48,7 +43,6 @@ def collect(
     from functools import partial
     from importlib.util import find_spec
 
-    from benchbot.process import processors
     from benchbot_baselines import coco
     from benchbot_baselines.collecting import Settings, begin, collect_places
     from benchbot_baselines.places import LIGHTS
@@ -81,7 +75,7 @@ def collect(
         writers.append(partial(parquet.write_place, output / "parquet"))
     with working("Collecting pictures"):
         next(progress)
-        for _ in collect_places(output, chosen, settings, kind, workers or min(processors(), MOST_WORKERS), writers):
+        for _ in collect_places(output, chosen, settings, kind, workers, writers):
             next(progress, None)
     next(progress, None)
     if "coco" in wanted:
