@@ -128,27 +128,36 @@ def seen_from(
 
     Seen means within `range_m`, a share of the points within the picture's height, and nothing else in between.
     """
-    seen = np.zeros((len(eyes), len(things)), bool)
+    found = _seen_each([(thing, eyes) for thing in things], scene, range_m, half_height_deg)
+    return np.array(found, bool).reshape(len(things), len(eyes)).T
+
+
+def _seen_each(
+    views: Sequence[tuple[Target, Floats]], scene: Voxels, range_m: float, half_height_deg: float
+) -> list[npt.NDArray[np.bool_]]:
+    """Say of each thing which of its own eyes (E, 3) see it, as `seen_from` does: (E,) each."""
+    found = []
     limit = math.tan(math.radians(half_height_deg))
     # Many short lines of sight are followed at once: step by step, a call for all costs little more than one for few.
-    for first in range(0, len(things), _THINGS_AT_ONCE):
+    for first in range(0, len(views), _THINGS_AT_ONCE):
         looks = []
-        for number, thing in enumerate(things[first : first + _THINGS_AT_ONCE], first):
-            near = np.flatnonzero(np.linalg.norm(eyes - thing.middle, axis=1) <= range_m)
+        for thing, eyes in views[first : first + _THINGS_AT_ONCE]:
+            near = np.linalg.norm(eyes - thing.middle, axis=1) <= range_m
             ways = thing.points[None] - eyes[near, None]
             visible = np.abs(ways[..., 2]) <= limit * np.linalg.norm(ways[..., :2], axis=2)
-            looks.append((number, thing.index, near, ways, visible))
+            looks.append((thing.index, eyes[near], near, ways, visible))
         free = _is_free(
-            np.concatenate([np.repeat(eyes[near], visible.sum(1), axis=0) for _, _, near, _, visible in looks]),
-            np.concatenate([ways[visible] for _, _, _, ways, visible in looks]),
-            np.concatenate([np.full(visible.sum(), index) for _, index, _, _, visible in looks]),
+            np.concatenate([np.repeat(eyes, visible.sum(1), axis=0) for _, eyes, _, _, visible in looks]),
+            np.concatenate([ways[visible] for *_, ways, visible in looks]),
+            np.concatenate([np.full(visible.sum(), index) for index, *_, visible in looks]),
             scene,
         )
         ends = np.cumsum([visible.sum() for *_, visible in looks])
-        for (number, _, near, _, visible), some in zip(looks, np.split(free, ends[:-1]), strict=True):
+        for (_, _, near, _, visible), some in zip(looks, np.split(free, ends[:-1]), strict=True):
             visible[visible] = some
-            seen[near, number] = visible.mean(1) >= SEEN_SHARE
-    return seen
+            near[near] = visible.mean(1) >= SEEN_SHARE
+            found.append(near)
+    return found
 
 
 def unseen(geometry: SceneGeometry, poses: Sequence[Sequence[float]], robot: "Observer") -> list[str]:
@@ -161,15 +170,16 @@ def unseen(geometry: SceneGeometry, poses: Sequence[Sequence[float]], robot: "Ob
     headings = np.array([2 * math.atan2(pose[3], pose[0]) for pose in poses])
     turn = bearings_rad(eyes, things) - headings[:, None]
     ahead = np.abs(np.arctan2(np.sin(turn), np.cos(turn))) <= math.radians(robot.half_width_deg)
-    found = []
+    left = []
     for number, thing in enumerate(things):
         # A robot turns on the spot: there are a few poses of each place. Mostly one of the nearest sees it.
         places = np.unique(eyes[ahead[:, number]], axis=0)
-        places = places[np.argsort(np.linalg.norm(places - thing.middle, axis=1), kind="stable")]
-        parts = (places[start : start + _PLACES_AT_ONCE] for start in range(0, len(places), _PLACES_AT_ONCE))
-        if not any(seen_from(part, [thing], scene, robot.range_m, robot.half_height_deg).any() for part in parts):
-            found.append(thing.name)
-    return found
+        left.append((thing, places[np.argsort(np.linalg.norm(places - thing.middle, axis=1), kind="stable")]))
+    for start in range(0, len(eyes), _PLACES_AT_ONCE):
+        views = [(thing, places[start : start + _PLACES_AT_ONCE]) for thing, places in left]
+        seen = _seen_each(views, scene, robot.range_m, robot.half_height_deg)
+        left = [view for view, some in zip(left, seen, strict=True) if not some.any()]
+    return [thing.name for thing, _ in left]
 
 
 def _is_free(start: Floats, ways: Floats, index: Integers, scene: Voxels) -> npt.NDArray[np.bool_]:

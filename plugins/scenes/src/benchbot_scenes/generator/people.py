@@ -130,7 +130,7 @@ def _levels(points: Floats, sign: float) -> dict[tuple[int, int], float]:
     """The greatest (sign 1) or least (-1) third coordinate of points over each cell of the first two."""
     cells = np.floor(points[:, :2] / CELL_M).astype(np.int64)
     order = np.argsort(sign * points[:, 2], kind="stable")
-    return {(int(x), int(y)): float(z) for (x, y), z in zip(cells[order], points[order, 2], strict=True)}
+    return dict(zip(map(tuple, cells[order].tolist()), points[order, 2].tolist(), strict=True))
 
 
 def _own_points(item: Item) -> Floats:
