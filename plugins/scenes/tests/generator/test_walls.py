@@ -119,7 +119,7 @@ def test_a_place_at_a_table_is_laid_with_all_or_nothing() -> None:
             assert on["cup"] + on["wine glass"] >= on["plate"]
 
 
-def test_desks_keep_their_screens_where_much_is_taken_away() -> None:
+def test_desks_of_many_rooms_have_their_screens() -> None:
     made = place("office", 8, 9103)
     desks = {item.placement.id for item in made.items if item.model.kind == "desk"}
     left = Counter(item.model.class_name for item in made.items if item.carrier is not None)

@@ -9,6 +9,8 @@ FORK_M, SPOON_M, BEHIND_PLATE_M = 0.18, 0.23, 0.21
 WITHIN_TABLE = 0.8
 # The share of the places at a table that are laid, each with all that belongs to it.
 LAID = 0.75
+# The least and the most that the width of a tv is, as a share of that of the board it stands on.
+TV_OF_BOARD = (0.5, 1.0)
 SOAP = ("soap bottle", "bottle")
 # The share of the ends of shelves where books stand in a row.
 ROWS_OF_BOOKS = 0.6
@@ -92,6 +94,15 @@ def desk(room: Furnisher, table: Item, monitor: bool) -> None:
     ):
         if rng.random() < chance:
             room.on_top(supply.draw(kind, placement="surface"), table, (x, y), float(rng.uniform(-25, 25)))
+
+
+def tv(room: Furnisher, board: Item) -> None:
+    """In the middle of a board: one that is neither small nor too wide for it, else the one nearest to that."""
+    least_m, most_m = (share * board.size_m[1] for share in TV_OF_BOARD)
+    found = sorted(room.supply.models("tv"), key=lambda model: model.size_m[1])
+    found = [model for model in found if model.placement == "surface" and model.size_m[1] <= most_m]
+    fitting = [model for model in found if model.size_m[1] >= least_m] or found[-1:]
+    room.on_top(room.supply.one_of(fitting, most_m), board, (0.0, 0.0), 0.0)
 
 
 def shelves(room: Furnisher, case: Item, most: int) -> None:

@@ -12,7 +12,7 @@ LONG_CURTAINS = 0.5
 # One ceiling lamp for so much of a room's length.
 LAMP_EVERY_M = 4.2
 CLOCK_BOTTOM_M = 1.65
-# The share of plants that stand on stands, and of kitchens and offices with a clock on a wall.
+# The share of plants of which one stands on a stand, and of kitchens and offices with a clock on a wall.
 ON_STANDS, WALL_CLOCKS = 0.25, 0.5
 # As wide is a plant on a stand at most.
 ON_STAND_M = 0.2
@@ -60,14 +60,16 @@ def curtains(room: Furnisher) -> None:
 
 
 def plants(room: Furnisher, most: int) -> None:
-    """Potted plants in corners, some of them small ones on stands."""
+    """Potted plants in corners, each of a model of its own, and perhaps a small one on a stand."""
     supply, rng = room.supply, room.plot.rng
-    for _ in range(int(rng.integers(0, most + 1))):
-        if rng.random() < ON_STANDS:
-            stand = room.against_wall(supply.draw("plant stand"))
-            room.on_top(supply.draw("potted plant", longest_m=ON_STAND_M, placement="surface"), stand, (0.0, 0.0))
-        else:
-            room.against_wall(supply.draw("potted plant", placement="floor"))
+    on_floor = [model for model in supply.models("potted plant") if model.placement == "floor"]
+    count = int(rng.integers(0, most + 1))
+    if rng.random() < ON_STANDS * count:
+        stand = room.against_wall(supply.draw("plant stand"))
+        room.on_top(supply.draw("potted plant", longest_m=ON_STAND_M, placement="surface"), stand, (0.0, 0.0))
+        count -= 1
+    for number in rng.permutation(len(on_floor))[:count]:
+        room.against_wall(supply.varied(on_floor[number]))
 
 
 def wall_clock(room: Furnisher) -> None:

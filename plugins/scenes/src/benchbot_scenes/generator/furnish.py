@@ -28,6 +28,8 @@ STEP_M = 0.10
 SURFACE_TRIES = 24
 # How far what hangs on a wall is from what hangs or stands beside it.
 HUNG_APART_M = 0.12
+# From the middle of one chair at a table to that of the next.
+SEAT_PITCH_M = 0.62
 # How far a chair is pulled out from where it would be tucked in, the least first.
 PULLED_M = (0.0, 0.06, 0.12, 0.18, 0.24, 0.30)
 
@@ -245,7 +247,7 @@ class Furnisher:
         if model is None:
             return []
         half_x, half_y = table.size_m[0] / 2, table.size_m[1] / 2
-        along_x, along_y = (max(1, int(length / 0.62)) for length in (table.size_m[0], table.size_m[1]))
+        along_x, along_y = (max(1, int(length / SEAT_PITCH_M)) for length in (table.size_m[0], table.size_m[1]))
         out = model.size_m[0] / 2 - tucked_m
         seats = [(half_x + out, (i + 0.5) / along_y * 2 * half_y - half_y, 180.0) for i in range(along_y)]
         seats += [(-half_x - out, y, 0.0) for _, y, _ in seats]

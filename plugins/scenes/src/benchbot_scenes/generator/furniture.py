@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from benchbot_scenes.catalogue import AssetModel
 from benchbot_scenes.generator import clutter, fixtures, walls
-from benchbot_scenes.generator.furnish import Furnisher
+from benchbot_scenes.generator.furnish import SEAT_PITCH_M, Furnisher
 from benchbot_scenes.generator.offices import archive, lobby, meeting, office, open_office
 from benchbot_scenes.generator.plot import AXIS, WALLS, Box, Item
 from benchbot_scenes.generator.supply import Supply
@@ -69,7 +69,7 @@ def _sofa_corner(room: Furnisher) -> Item | None:
         stand = room.against_wall(board, [wall], middle=True)
         if stand is None:
             continue
-        room.on_top(supply.draw("tv", longest_m=stand.size_m[1] + 0.3, placement="surface"), stand, (0.0, 0.0), 0.0)
+        clutter.tv(room, stand)
         if couch is None:
             return None
         furthest = depth - stand.size_m[0] / 2 - couch.size_m[0] / 2 - 0.14
@@ -120,7 +120,7 @@ def _dining_place(room: Furnisher, seats: int, away_from: Item | None = None) ->
     for x, y in places:
         table = room.standing(model, x, y, float(rng.choice([0.0, 90.0])))
         if table is not None:
-            chairs = room.chairs_about(supply.draw("chair"), table, seats)
+            chairs = room.chairs_about(supply.draw("chair", longest_m=SEAT_PITCH_M), table, seats)
             clutter.dining(room, table, min(len(chairs), 4))
             return table
     return None

@@ -1,6 +1,7 @@
 """A new place from a seed: plan, furniture, start pose and a trajectory on which every object is seen."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -26,11 +27,11 @@ from benchbot_scenes.scene import SceneGeometry, only
 from benchbot_scenes.visibility import CARTER, Observer, unseen
 
 CEILING = "#f4f2ee"
-FEWEST_OBJECTS, MOST_OBJECTS = 25, 80
+FEWEST_OBJECTS = 25
 # A plan that is too crowded or too bare is drawn anew, so many times; the last one is furnished sparsely.
 ATTEMPTS = 8
-# What makes a desk a workplace; the last is taken away last.
-OF_DESKS = ("mouse", "keyboard", "laptop", "tv")
+# What is there to carry things, and the least of them that it is there for.
+FEWEST_ON = {"bookcase": 3, "shelf": 1, "plant stand": 1}
 # What a start pose has about it.
 START_ROOM_M = 0.45
 
@@ -58,8 +59,8 @@ def generate(
     With a `secret` (see `benchbot.core.randomness`) nobody can make the place again who does not know it, and the order
     of the layout's objects tells nothing of how they were placed.
 
-    Every object of a class is seen on the trajectory, every room can be driven into. From three rooms on there are 25
-    to 80 objects, as far as the pack has models. Raises BenchbotError for an unknown kind or a number of rooms that
+    Every object of a class is seen on the trajectory, every room can be driven into. From three rooms on there are at
+    least 25 objects, as far as the pack has models. Raises BenchbotError for an unknown kind or a number of rooms that
     is not 1 to 12.
     """
     place = find_kind(kind)
@@ -86,8 +87,10 @@ def generate(
         # The trajectory was planned among boxes; of a pack whose files are not there these are all that is known.
         hidden = set() if scene is None else set(unseen(scene, coverage.poses, robot))
         gone = {item.placement.id for item in kept}
-        kept, listed = _without(kept, hidden), _without(listed, hidden)
+        kept = _without(kept, hidden)
+        kept = _without(kept, _bare(kept))
         gone -= {item.placement.id for item in kept}
+        listed = _without(listed, gone)
         wanted = rooms < 3 or sum(item.model.class_name is not None for item in kept) >= FEWEST_OBJECTS
         if wanted or last:
             layout = replace(layout, objects=tuple(item.placement for item in listed))
@@ -127,7 +130,7 @@ def _furnished(
         PROGRAMMES["hall" if sparse else function.furniture](rooms[-1])
     people.put_in(rooms)
     belongings.put_about(rooms)
-    return _thinned([item for room in rooms for item in room.plot.items], rng), finishes
+    return [item for room in rooms for item in room.plot.items], finishes
 
 
 def touches(space: Space, opening: Opening) -> bool:
@@ -139,35 +142,6 @@ def touches(space: Space, opening: Opening) -> bool:
         and space.low[1] - reach <= y <= space.high[1] + reach
         and (space.low[0] < x < space.high[0] or space.low[1] < y < space.high[1])
     )
-
-
-def _thinned(items: Sequence[Item], rng: np.random.Generator) -> list[Item]:
-    """At most so many objects: of the small things on others those go of whose class there are most.
-
-    What fills shelves goes after that, and what makes desks workplaces last. Shelves at walls that are empty go, too.
-    """
-    small = [item for item in items if item.carrier is not None and item.model.class_name is not None]
-    excess = sum(item.model.class_name is not None for item in items) - MOST_OBJECTS
-    shelves = {item.placement.id for item in items if item.model.kind in ("bookcase", "shelf")}
-
-    def worth(item: Item) -> int:
-        is_of_desk = item.model.class_name in OF_DESKS
-        return 2 + OF_DESKS.index(str(item.model.class_name)) if is_of_desk else int(item.carrier in shelves)
-
-    going = sorted(_by_frequency([small[i] for i in rng.permutation(len(small))]), key=worth)
-    gone = {item.placement.id for item in going[: max(0, excess)]}
-    left = [item for item in items if item.placement.id not in gone]
-    carriers = {item.carrier for item in left}
-    return [item for item in left if item.model.kind != "shelf" or item.placement.id in carriers]
-
-
-def _by_frequency(items: Sequence[Item]) -> list[Item]:
-    """The items, those first whose class has most of those that are left."""
-    left: dict[str, list[Item]] = {}
-    for item in items:
-        left.setdefault(item.model.class_name or "", []).append(item)
-    ranked = [(len(same) - number, name, item) for name, same in left.items() for number, item in enumerate(same)]
-    return [item for _, _, item in sorted(ranked, key=lambda found: (-found[0], found[1]))]
 
 
 def _with_trajectory(
@@ -201,6 +175,12 @@ def _cleared(scene: SceneGeometry, gone: set[str]) -> SceneGeometry:
 def _without(items: Sequence[Item], names: set[str]) -> list[Item]:
     """The items but for those named and what stands on them."""
     return [item for item in items if item.placement.id not in names and item.carrier not in names]
+
+
+def _bare(items: Sequence[Item]) -> set[str]:
+    """The names of shelves, bookcases and stands that too little stands on."""
+    on = Counter(item.carrier for item in items)
+    return {item.placement.id for item in items if on[item.placement.id] < FEWEST_ON.get(item.model.kind, 0)}
 
 
 def _start(plan: Plan, space: FreeSpace, robot: Observer) -> tuple[float, float, float] | None:

@@ -1,7 +1,7 @@
 """The furniture of rooms of offices, by function."""
 
 from benchbot_scenes.generator import clutter, fixtures, walls
-from benchbot_scenes.generator.furnish import Furnisher
+from benchbot_scenes.generator.furnish import SEAT_PITCH_M, Furnisher
 from benchbot_scenes.generator.plot import Item
 
 CEILING_LAMPS = ("ceiling lamp", "pendant lamp")
@@ -94,15 +94,14 @@ def meeting(room: Furnisher) -> None:
         table = room.standing(supply.varied(model), (low[0] + high[0]) / 2, (low[1] + high[1]) / 2, yaw)
         if table is None:
             continue
-        chairs = room.chairs_about(supply.draw("chair"), table, 8)
+        chairs = room.chairs_about(supply.draw("chair", longest_m=SEAT_PITCH_M), table, 8)
         for kind in ("laptop", "laptop", "cup", "cup", "bottle", "book", "cell phone"):
             if chairs and rng.random() < 0.65:
                 room.on_top(supply.draw(kind, placement="surface"), table)
         break
     board = room.against_wall(supply.draw("sideboard", "office cabinet", longest_m=2.0), middle=True)
     if board is not None:
-        wide = board.size_m[1] + 0.3
-        room.on_top(supply.draw("tv", longest_m=wide, placement="surface"), board, (0.0, 0.0), 0.0)
+        clutter.tv(room, board)
     on_wheels = supply.draw("whiteboard", placement="floor") if rng.random() < WHEELED_BOARDS else None
     if room.against_wall(on_wheels, front_m=0.3, middle=True) is None:
         _whiteboard(room)
