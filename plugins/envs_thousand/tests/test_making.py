@@ -17,7 +17,7 @@ from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError
 from benchbot.plugins.sandbox.view import hidden_paths
 from benchbot_envs_thousand import making, plugin
-from benchbot_envs_thousand.making import SPLITS, digest, is_made, lighting, make, places, write
+from benchbot_envs_thousand.making import SPLITS, digest, is_made, lamps_by_day, lighting, make, places, write
 from benchbot_scenes.compose import compose
 from benchbot_scenes.gltf import load_scene
 from tests.command_line import CommandLine
@@ -128,11 +128,23 @@ def test_a_cache_that_cannot_be_written_is_told(cache: Path) -> None:
 
 
 def test_light_is_of_days_and_evenings() -> None:
-    drawn = [lighting(seed) for seed in range(200)]
+    drawn = [lighting(seed, []) for seed in range(200)]
     evenings = sum(light["lamps"]["on"] == "all" for light in drawn)
     assert 0.2 < evenings / len(drawn) < 0.4
     assert all((light["time"] >= "19:00") == (light["lamps"]["on"] == "all") for light in drawn)
-    assert lighting(7) == lighting(7) != lighting(8)
+    assert lighting(7, []) == lighting(7, []) != lighting(8, [])
+
+
+def test_rooms_with_little_window_have_their_lamps_on_by_day(tmp_path: Path) -> None:
+    made, _ = write(places()[18], tmp_path)
+    declared = schema.read(tmp_path / "environments" / "thousand_18_1.yaml")["lighting"]
+    assert declared["time"] < "19:00"
+    assert declared["lamps"]["on"] == lamps_by_day(made)
+    (washroom,) = (room for room in made.plan.spaces if room.function == "washroom")
+    for item in made.items:
+        if item.model.placement == "ceiling":
+            is_inside = all(washroom.low[i] < item.placement.position[i] < washroom.high[i] for i in (0, 1))
+            assert (item.placement.id in declared["lamps"]["on"]) == is_inside
 
 
 def test_freezing_gives_what_is_frozen(tmp_path: Path) -> None:

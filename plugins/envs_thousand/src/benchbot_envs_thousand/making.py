@@ -1,7 +1,7 @@
 """Which places the thousand are, and making one of them when it is first used."""
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from benchbot.plugin import BenchbotError, cache_dir
 from benchbot_scenes.catalogue import pack
 from benchbot_scenes.generator.files import Written, write_place
-from benchbot_scenes.generator.generate import Generated, generate
+from benchbot_scenes.generator.generate import Generated, generate, touches
 from benchbot_scenes.visibility import CARTER
 
 NAME = "thousand"
@@ -22,6 +22,9 @@ SPLITS: Mapping[str, range] = {"train": range(1, 801), "validation": range(801, 
 MODELS = "household"
 EVENINGS = 0.3
 """The share of places in the evening, with their lamps on."""
+LIT_BY_DAY = 0.1
+"""Rooms with less window than this, as a share of their floor, have their ceiling's lamps on by day, too: building
+codes ask for an eighth to a tenth where people stay."""
 
 
 class Place(NamedTuple):
@@ -100,11 +103,26 @@ def _make(place: Place, folder: Path) -> None:
 def write(place: Place, folder: Path) -> tuple[Generated, Written]:
     """Write a place as a folder of add-ons."""
     made = generate(place.seed, place.kind, place.rooms, pack(MODELS))
-    return made, write_place(folder, f"{NAME}_{place.number}", 1, made, CARTER, lighting=lighting(place.seed))
+    light = lighting(place.seed, lamps_by_day(made))
+    return made, write_place(folder, f"{NAME}_{place.number}", 1, made, CARTER, lighting=light)
 
 
-def lighting(seed: int) -> dict[str, Any]:
-    """Draw the light of a place: a day of the year at 9 to 16 o'clock, or an evening with the lamps on."""
+def lamps_by_day(made: Generated) -> list[str]:
+    """Return the names of the lamps under the ceilings of rooms that are dim by day, such as halls."""
+    lamps = [item for item in made.items if item.model.placement == "ceiling"]
+    found = []
+    for room in made.plan.spaces:
+        windows = [one for one in made.plan.openings if one.kind == "window" and touches(room, one)]
+        window_m2 = sum(one.width_m * (one.top_m - one.bottom_m) for one in windows)
+        (low_x, low_y), (high_x, high_y) = room.low, room.high
+        if window_m2 < LIT_BY_DAY * (high_x - low_x) * (high_y - low_y):
+            at = [(lamp.placement.id, *lamp.placement.position[:2]) for lamp in lamps]
+            found += [name for name, x, y in at if low_x < x < high_x and low_y < y < high_y]
+    return found
+
+
+def lighting(seed: int, by_day: Sequence[str]) -> dict[str, Any]:
+    """Draw the light of a place: a day at 9 to 16 o'clock with some lamps on, or an evening with all of them."""
     chance = Random(f"light of {NAME}:{seed}")  # noqa: S311 - nothing secret is drawn
     evening = chance.random() < EVENINGS
     minutes = chance.randrange(19 * 60, 22 * 60, 10) if evening else chance.randrange(9 * 60, 16 * 60, 10)
@@ -114,7 +132,7 @@ def lighting(seed: int) -> dict[str, Any]:
         "latitude_deg": chance.randrange(-40, 61, 5),
         "north_deg": chance.randrange(0, 360, 15),
         "turbidity": chance.choice((2, 3, 4, 6)),
-        "lamps": {"on": "all" if evening else "none"},
+        "lamps": {"on": "all" if evening else list(by_day) or "none"},
         "exterior": {"kind": chance.choice(("town", "trees", "field")), "seed": chance.randrange(1000)},
     }
 
