@@ -116,53 +116,49 @@ class CompiledSplitter:
 
 
 class NumpySplitter:
-    """Splits with numpy."""
+    """Splits with numpy, coordinate by coordinate: rows of them are read in a row, and gathered in half the time."""
 
     def __init__(self, low: FloatArray, high: FloatArray, leaf_size: int) -> None:
-        self._low, self._high, self._leaf_size = low, high, leaf_size
-        self._center = (low + high) * np.float32(0.5)
+        # Least of both: one operation finds the box about some.
+        self._ends = np.ascontiguousarray(np.concatenate([low.T, -high.T]))
+        self._leaf_size = leaf_size
         self.order = np.arange(len(low))
 
     def split(self, start: IndexArray, count: IndexArray, at_median: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
         """Split nodes; see `Splitter`."""
-        left_count = self._partition(start, count, at_median)
-        child_start = np.stack([start, start + left_count], axis=1).ravel()
-        child_count = np.stack([left_count, count - left_count], axis=1).ravel()
-        items = self.order[_ranges(child_start, child_count)]
-        offsets = np.concatenate([[0], np.cumsum(child_count)[:-1]])
-        return (
-            left_count,
-            np.minimum.reduceat(self._low[items], offsets, axis=0),
-            np.maximum.reduceat(self._high[items], offsets, axis=0),
-        )
+        slots, offsets = _ranges(start, count), np.cumsum(count) - count
+        items, node = self.order[slots], np.repeat(np.arange(len(start)), count)
+        ends = self._ends[:, items]
+        goes_right = self._goes_right(ends, node, count, at_median)
+        # By node and side, each side in the order of before.
+        moved = np.argsort(2 * node + goes_right, kind="stable")
+        left_count: IndexArray = count - np.add.reduceat(goes_right, offsets, dtype=np.int64)
+        self.order[slots] = items[moved]
+        child_start = np.stack([offsets, offsets + left_count], axis=1).ravel()
+        boxes = np.minimum.reduceat(ends[:, moved], child_start, axis=1).T
+        return left_count, boxes[:, :3], -boxes[:, 3:]
 
-    def _partition(self, start: IndexArray, count: IndexArray, at_median: bool) -> IndexArray:
-        """Reorder each node's range of `order` in place, left items first; returns how many went left."""
-        slots = _ranges(start, count)
-        items = self.order[slots]
-        node = np.repeat(np.arange(len(start)), count)
-        offsets = np.concatenate([[0], np.cumsum(count)[:-1]])
-        points = self._center[items]
-        origin = np.minimum.reduceat(points, offsets, axis=0)
-        extent = np.maximum.reduceat(points, offsets, axis=0) - origin
-        bins = 16 if len(start) < 4096 else 8
+    def _goes_right(
+        self, ends: FloatArray, node: IndexArray, count: IndexArray, at_median: bool
+    ) -> npt.NDArray[np.bool_]:
+        """Say which items, in the order of their nodes, go to the right child."""
+        offsets = np.cumsum(count) - count
+        points = (ends[:3] - ends[3:]) * np.float32(0.5)
+        origin = np.minimum.reduceat(points, offsets, axis=1)
+        extent = np.maximum.reduceat(points, offsets, axis=1) - origin
+        bins = 16 if len(count) < 4096 else 8
         scale = np.where(extent > 0, bins * np.float32(0.9999) / np.maximum(extent, np.float32(1e-30)), 0)
-        bin_index = np.minimum(((points - origin[node]) * scale[node]).astype(np.int64), bins - 1)
-        axis, split, cost = _best_split(
-            node, bin_index, self._low[items], self._high[items], len(start), bins, self._leaf_size
+        along = (points - np.repeat(origin, count, axis=1)) * np.repeat(scale, count, axis=1)
+        bin_index = np.minimum(along.astype(np.uint8), bins - 1)
+        axis, split, cost = _best_split(node, bin_index, ends, len(count), bins, self._leaf_size)
+        goes_right: npt.NDArray[np.bool_] = bin_index[np.repeat(axis, count), np.arange(len(node))] > np.repeat(
+            split, count
         )
-        goes_right = bin_index[np.arange(len(node)), axis[node]] > split[node]
-        by_median = np.full(len(start), at_median) | ~np.isfinite(cost)
+        by_median = np.full(len(count), at_median) | ~np.isfinite(cost)
         if by_median.any():
-            rank = np.arange(len(node)) - offsets[node]
-            goes_right = np.where(by_median[node], rank >= count[node] // 2, goes_right)
-        left_count: IndexArray = np.bincount(node, weights=~goes_right, minlength=len(start)).astype(np.int64)
-        lefts_before: IndexArray = np.cumsum(~goes_right) - ~goes_right
-        rank_left: IndexArray = lefts_before - lefts_before[offsets][node]
-        rank_right = (np.arange(len(node)) - offsets[node]) - rank_left
-        target = start[node] + np.where(goes_right, left_count[node] + rank_right, rank_left)
-        self.order[target] = items
-        return left_count
+            rank = np.arange(len(node)) - np.repeat(offsets, count)
+            goes_right = np.where(np.repeat(by_median, count), rank >= np.repeat(count // 2, count), goes_right)
+        return goes_right
 
 
 def _half_area(low: FloatArray, high: FloatArray) -> FloatArray:
@@ -179,28 +175,30 @@ def _ranges(start: IndexArray, count: IndexArray) -> IndexArray:
 
 
 def _best_split(
-    node: IndexArray, bin_index: IndexArray, low: FloatArray, high: FloatArray, nodes: int, bins: int, leaf_size: int
+    node: IndexArray, bin_index: npt.NDArray[np.uint8], ends: FloatArray, nodes: int, bins: int, leaf_size: int
 ) -> tuple[IndexArray, IndexArray, FloatArray]:
-    """Axis, last bin on the left and SAH cost of each node's cheapest split; infinite when there is none."""
+    """Axis, last bin on the left and SAH cost of each node's cheapest split; infinite when there is none.
+
+    `ends` (6, N) are lows and negated highs of the items, `bin_index` (3, N) their bins along each axis.
+    """
     best_axis, best_split = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
     best_cost = np.full(nodes, np.inf, np.float32)
-    for axis in range(3):
-        key = node * bins + bin_index[:, axis]
-        count = np.bincount(key, minlength=nodes * bins).reshape(nodes, bins)
-        bin_low = np.full((3, nodes * bins), np.inf, np.float32)
-        bin_high = np.full((3, nodes * bins), -np.inf, np.float32)
-        for i in range(3):
-            np.minimum.at(bin_low[i], key, low[:, i])
-            np.maximum.at(bin_high[i], key, high[:, i])
-        lows, highs = bin_low.reshape(3, nodes, bins), bin_high.reshape(3, nodes, bins)
-        left_area = _swept_area(lows, highs)[:, :-1]
-        right_area = _swept_area(lows[:, :, ::-1], highs[:, :, ::-1])[:, ::-1][:, 1:]
-        left_count = np.cumsum(count, axis=1)[:, :-1]
-        right_count = count.sum(axis=1, keepdims=True) - left_count
+    for axis, bin_of in enumerate(bin_index):
+        # Items are in the order of their nodes: sorted by bins, those of one bin of one node follow one another.
+        order = np.argsort(bin_of, kind="stable")
+        count = np.bincount(bin_of * np.int64(nodes) + node, minlength=bins * nodes)
+        filled = np.flatnonzero(count)
+        of_bins = np.full((6, bins * nodes), np.inf, np.float32)
+        of_bins[:, filled] = np.minimum.reduceat(ends[:, order], np.cumsum(count[filled]) - count[filled], axis=1)
+        boxes, count = of_bins.reshape(6, bins, nodes), count.reshape(bins, nodes)
+        left_area = _swept_area(boxes)[:-1]
+        right_area = _swept_area(boxes[:, ::-1])[::-1][1:]
+        left_count = np.cumsum(count, axis=0)[:-1]
+        right_count = count.sum(axis=0) - left_count
         cost = left_area * _blocks(left_count, leaf_size) + right_area * _blocks(right_count, leaf_size)
         cost = np.where((left_count > 0) & (right_count > 0), cost, np.inf).astype(np.float32)
-        split = cost.argmin(axis=1)
-        least = cost[np.arange(nodes), split]
+        split = cost.argmin(axis=0)
+        least = cost[split, np.arange(nodes)]
         better = least < best_cost
         best_axis[better], best_split[better], best_cost[better] = axis, split[better], least[better]
     return best_axis, best_split, best_cost
@@ -212,10 +210,9 @@ def _blocks(count: IndexArray, leaf_size: int) -> IndexArray:
     return blocks
 
 
-def _swept_area(bin_low: FloatArray, bin_high: FloatArray) -> FloatArray:
-    """Half areas (nodes, bins) of the union of all bins up to each one; 0 while that union is empty."""
-    low = np.minimum.accumulate(bin_low, axis=2)
-    high = np.maximum.accumulate(bin_high, axis=2)
-    size = np.where(high >= low, high - np.where(np.isfinite(low), low, 0), 0)
+def _swept_area(boxes: FloatArray) -> FloatArray:
+    """Half areas (bins, nodes) of the union of all bins up to each one; 0 while that union is empty."""
+    union = np.minimum.accumulate(boxes, axis=1)
+    size = np.where(np.isfinite(union[:3]), -union[3:] - union[:3], 0)
     area: FloatArray = size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
     return area

@@ -35,6 +35,15 @@ class Bvh:
     width: int = WIDTH
 
 
+@dataclass(frozen=True)
+class Grown:
+    """A group's binary tree, None where nothing is left of it, over triangles: `corners` (N, 3, 3) and `ids` (N,)."""
+
+    tree: BinaryTree | None
+    corners: FloatArray
+    ids: IndexArray
+
+
 def build(
     vertices: FloatArray, triangles: npt.NDArray[np.int32], groups: tuple[IndexArray, ...], width: int = WIDTH
 ) -> Bvh:
@@ -42,12 +51,23 @@ def build(
 
     Triangles that are not finite or have no area are left out.
     """
+    return collapsed(grow(vertices, triangles, groups), width)
+
+
+def grow(vertices: FloatArray, triangles: npt.NDArray[np.int32], groups: tuple[IndexArray, ...]) -> tuple[Grown, ...]:
+    """Split the triangles of each group: most of the work of `build`, which trees of all widths share."""
+    return tuple(_grow(vertices[triangles[group]].reshape(-1, 3, 3), group) for group in groups)
+
+
+def collapsed(groups: tuple[Grown, ...], width: int) -> Bvh:
+    """Make wide nodes, of up to `width` children, of binary ones."""
     nodes, leaves, roots = [], [], []
     node_base = leaf_base = 0
     for group in groups:
-        corners = vertices[triangles[group]].reshape(-1, 3, 3)
-        is_usable = usable(corners)
-        tree_nodes, tree_leaves = _build_tree(corners[is_usable], group[is_usable], node_base, leaf_base, width)
+        tree_nodes, tree_leaves = _empty_nodes(1, width), np.zeros((1, LEAF_STRIDE), np.float32)
+        if group.tree is not None:
+            levels = _collapse(group.tree, width)
+            tree_nodes, tree_leaves = _pack(group.tree, levels, group.corners, group.ids, node_base, leaf_base)
         nodes.append(tree_nodes)
         leaves.append(tree_leaves)
         roots.append(node_base)
@@ -68,16 +88,14 @@ def usable(corners: FloatArray) -> npt.NDArray[np.bool_]:
     return hittable
 
 
-def _build_tree(
-    corners: FloatArray, ids: IndexArray, node_base: int, leaf_base: int, width: int
-) -> tuple[FloatArray, FloatArray]:
+def _grow(corners: FloatArray, ids: IndexArray) -> Grown:
+    is_usable = usable(corners)
+    corners, ids = corners[is_usable], ids[is_usable]
     if len(ids) == 0:
-        return _empty_nodes(1, width), np.zeros((1, LEAF_STRIDE), np.float32)
+        return Grown(None, corners, ids)
     one, two, three = corners[:, 0], corners[:, 1], corners[:, 2]  # pairs take a third of the time of min(axis=1)
     low, high = np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
-    tree = binary_tree.grow(low, high, LEAF_SIZE, compiled=_ti.is_on_processor())
-    children = _collapse(tree, width)
-    return _pack(tree, children, corners, ids, node_base, leaf_base)
+    return Grown(binary_tree.grow(low, high, LEAF_SIZE, compiled=_ti.is_on_processor()), corners, ids)
 
 
 def _collapse(tree: BinaryTree, width: int) -> list[IndexArray]:

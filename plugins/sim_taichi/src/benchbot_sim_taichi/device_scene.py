@@ -108,15 +108,24 @@ def _with_tree(device: tables.DeviceScene, tree: bvh.Bvh) -> tables.DeviceScene:
 
 
 def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path, width: int = bvh.WIDTH) -> bvh.Bvh:
-    path = cache_dir / f"tree-{TREE_VERSION}-{width}-{scene.content_hash[:32]}.npz"
+    """Load or build the tree of nodes so wide; on a GPU, which needs both, that of the other ones is kept, too."""
+
+    def path(wide: int) -> Path:
+        return cache_dir / f"tree-{TREE_VERSION}-{wide}-{scene.content_hash[:32]}.npz"
 
     def build() -> disk_cache.Arrays:
         progress.tell(f"the simulator builds the search tree of {len(scene.triangles):,} triangles")
-        tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), width)
-        return {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)}
+        grown = bvh.grow(scene.vertices, scene.triangles, (groups.solid, groups.sheer))
+        if width != NARROW and _ti.is_on_gpu():
+            disk_cache.store(path(NARROW), _arrays(bvh.collapsed(grown, NARROW)))
+        return _arrays(bvh.collapsed(grown, width))
 
-    kept = disk_cache.load_or_make(path, {"nodes", "leaves", "roots"}, build)
+    kept = disk_cache.load_or_make(path(width), {"nodes", "leaves", "roots"}, build)
     return bvh.Bvh(kept["nodes"], kept["leaves"], tuple(int(root) for root in kept["roots"]), width)
+
+
+def _arrays(tree: bvh.Bvh) -> disk_cache.Arrays:
+    return {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)}
 
 
 def _texels(scene: SceneGeometry, cache_dir: Path) -> textures.TexelStore:
