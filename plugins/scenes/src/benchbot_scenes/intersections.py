@@ -72,14 +72,23 @@ def _near(bodies: Mapping[str, Floats], depth_m: float) -> Iterator[tuple[str, s
 
 def _come_apart(first: Floats, second: Floats, depth_m: float) -> bool:
     first, second = _within(first, second, depth_m), _within(second, first, depth_m)
-    (low, high), (other_low, other_high) = _ends(first), _ends(second)
+    low, high, other_low, other_high = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
     # No shift brings other triangles near each other than these.
     i, j = _touching(low - depth_m, high + depth_m, other_low, other_high)
-    low, high, other_low, other_high = low[i], high[i], other_low[j], other_high[j]
+    low, high, other_low, other_high = (each.T.copy() for each in (low[i], high[i], other_low[j], other_high[j]))
+    # Coordinates in rows: most triangles are asked for more than once.
+    first, second = (np.ascontiguousarray(corners.transpose(1, 2, 0)) for corners in (first, second))
+    crossing = np.zeros(0, np.intp)
     for shift in (np.zeros(3), *(depth_m * _DIRECTIONS)):
-        x, y, z = ((high + shift >= other_low) & (low + shift <= other_high)).T
-        near = np.flatnonzero(x & y & z)
-        if not _cross(first, i[near], shift, second, j[near]):
+        along = shift[:, None]
+        is_near = ((high + along >= other_low) & (low + along <= other_high)).all(axis=0)
+        # Pairs that crossed before the shift mostly do so after it.
+        for pairs in (crossing[is_near[crossing]], np.flatnonzero(is_near)):
+            crossing = _crossing(first, i[pairs], along, second, j[pairs])
+            if len(crossing):
+                crossing = pairs[crossing]
+                break
+        else:
             return True
     return False
 
@@ -87,16 +96,8 @@ def _come_apart(first: Floats, second: Floats, depth_m: float) -> bool:
 def _within(corners: Floats, other: Floats, margin_m: float) -> Floats:
     """The triangles that come as near as `margin_m` to the other body's box."""
     low, high = other.min(axis=(0, 1)) - margin_m, other.max(axis=(0, 1)) + margin_m
-    lowest, highest = _ends(corners)
-    x, y, z = ((highest >= low) & (lowest <= high)).T
-    near: Floats = corners[x & y & z]
+    near: Floats = corners[((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)]
     return near
-
-
-def _ends(corners: Floats) -> tuple[Floats, Floats]:
-    """The lowest and the highest coordinates (T, 3) of triangles; `min` along so short an axis takes far longer."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
 def _touching(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> tuple[Integers, Integers]:
@@ -113,39 +114,46 @@ def _touching(low: Floats, high: Floats, other_low: Floats, other_high: Floats) 
     return np.concatenate([i for i, _ in parts]), np.concatenate([j for _, j in parts])
 
 
-def _cross(first: Floats, i: Integers, shift: Floats, second: Floats, j: Integers) -> bool:
-    """Return whether an edge of either triangle of a pair passes through the other, the first ones being shifted."""
+def _crossing(first: Floats, i: Integers, shift: Floats, second: Floats, j: Integers) -> Integers:
+    """Number the first pairs found of which an edge of either triangle passes through the other, if there are any.
+
+    Bodies are (corner, coordinate, T); the first one is shifted.
+    """
     for start in range(0, len(i), _PAIRS_AT_ONCE):
-        one, other = first[i[start : start + _PAIRS_AT_ONCE]] + shift, second[j[start : start + _PAIRS_AT_ONCE]]
-        if _edges_pass(one, other) or _edges_pass(other, one):
-            return True
-    return False
+        part = slice(start, start + _PAIRS_AT_ONCE)
+        one, other = first[:, :, i[part]] + shift, second[:, :, j[part]]
+        for edges_of, triangles in ((one, other), (other, one)):
+            for number in range(3):
+                found = np.flatnonzero(_passes(edges_of[number], edges_of[(number + 1) % 3], triangles))
+                if len(found):
+                    return found + start
+    return np.zeros(0, np.intp)
 
 
-def _edges_pass(edges_of: Floats, triangles: Floats) -> bool:
-    """Return whether an edge of a triangle passes through the one at the same place; both (N, 3, 3).
+def _passes(start: Floats, end: Floats, triangles: Floats) -> npt.NDArray[np.bool_]:
+    """Say which edges, from `start` to `end` (3, N), pass through the triangle (corner, coordinate, N) of their place.
 
     The method of Möller and Trumbore, Fast, Minimum Storage Ray/Triangle Intersection, 1997.
     """
-    corner, side, other = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    for number in range(3):
-        start = edges_of[:, number]
-        along = edges_of[:, (number + 1) % 3] - start
-        across = _crossed(along, other)
-        determinant = (side * across).sum(axis=1)
-        # What is parallel passes through nothing, and NaN is not at least 0.
-        determinant[np.abs(determinant) < 1e-14] = np.nan
-        offset = start - corner
-        normal = _crossed(offset, side)
-        u = (offset * across).sum(axis=1) / determinant
-        v = (along * normal).sum(axis=1) / determinant
-        t = (other * normal).sum(axis=1) / determinant
-        if ((u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0) & (t <= 1)).any():
-            return True
-    return False
+    corner, side, other, along = triangles[0], triangles[1] - triangles[0], triangles[2] - triangles[0], end - start
+    across = _crossed(along, other)
+    determinant = _dot(side, across)
+    # What is parallel passes through nothing, and NaN is not at least 0.
+    determinant[np.abs(determinant) < 1e-14] = np.nan
+    offset = start - corner
+    normal = _crossed(offset, side)
+    u, v, t = _dot(offset, across) / determinant, _dot(along, normal) / determinant, _dot(other, normal) / determinant
+    passing: npt.NDArray[np.bool_] = (u >= 0) & (v >= 0) & (u + v <= 1) & (t >= 0) & (t <= 1)
+    return passing
 
 
 def _crossed(first: Floats, second: Floats) -> Floats:
-    """The cross products of vectors (N, 3); for so few of them most of `np.cross` is looking at its arguments."""
-    (x, y, z), (u, v, w) = first.T, second.T
-    return np.column_stack([y * w - z * v, z * u - x * w, x * v - y * u])
+    """The cross products of vectors (3, N); for so few of them most of `np.cross` is looking at its arguments."""
+    (x, y, z), (u, v, w) = first, second
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
+def _dot(first: Floats, second: Floats) -> Floats:
+    product = first * second
+    scalar: Floats = product[0] + product[1] + product[2]
+    return scalar
