@@ -86,12 +86,12 @@ def surface_points(corners: Floats, spacing_m: float) -> tuple[Floats, Integers]
     first = np.repeat(start, row_count, axis=0) + up[:, None] * np.repeat(apex - start, row_count, axis=0)
     along = (1 - up)[:, None] * np.repeat(end - start, row_count, axis=0)
     column_count = np.ceil((1 - up) * np.repeat(base_m, row_count) / spacing_m).astype(np.int64) + 1
-    _, column = _runs(column_count)
-    share = column / np.repeat(np.maximum(column_count - 1, 1), column_count)
-    points = np.repeat(along, column_count, axis=0)
-    points *= share[:, None]
-    points += np.repeat(first, column_count, axis=0)
-    return points, np.repeat(triangle, column_count)
+    of, column = _runs(column_count)
+    # Coordinate by coordinate, which is in memory as it is gone through.
+    points = along.T.take(of, axis=1)
+    points *= column / np.maximum(column_count - 1, 1)[of]
+    points += first.T.take(of, axis=1)
+    return points.T, triangle[of]
 
 
 def _runs(counts: Integers) -> tuple[Integers, Integers]:
@@ -128,35 +128,46 @@ def seen_from(
 
     Seen means within `range_m`, a share of the points within the picture's height, and nothing else in between.
     """
-    found = _seen_each([(thing, eyes) for thing in things], scene, range_m, half_height_deg)
-    return np.array(found, bool).reshape(len(things), len(eyes)).T
+    seen = np.zeros((len(eyes), len(things)), bool)
+    for first in range(0, len(things), _THINGS_AT_ONCE):
+        some = slice(first, first + _THINGS_AT_ONCE)
+        found = _see([(eyes, thing) for thing in things[some]], scene, range_m, half_height_deg)
+        seen[:, some] = np.stack(found, 1)
+    return seen
 
 
-def _seen_each(
-    views: Sequence[tuple[Target, Floats]], scene: Voxels, range_m: float, half_height_deg: float
+def _see(
+    looks: Sequence[tuple[Floats, Target]], scene: Voxels, range_m: float, half_height_deg: float
 ) -> list[npt.NDArray[np.bool_]]:
-    """Say of each thing which of its own eyes (E, 3) see it, as `seen_from` does: (E,) each."""
-    found = []
+    """Say which of some eyes (E, 3) see a thing, as `seen_from` does: (E,) of each look."""
     limit = math.tan(math.radians(half_height_deg))
     # Many short lines of sight are followed at once: step by step, a call for all costs little more than one for few.
-    for first in range(0, len(views), _THINGS_AT_ONCE):
-        looks = []
-        for thing, eyes in views[first : first + _THINGS_AT_ONCE]:
-            near = np.linalg.norm(eyes - thing.middle, axis=1) <= range_m
-            ways = thing.points[None] - eyes[near, None]
-            visible = np.abs(ways[..., 2]) <= limit * np.linalg.norm(ways[..., :2], axis=2)
-            looks.append((thing.index, eyes[near], near, ways, visible))
-        free = _is_free(
-            np.concatenate([np.repeat(eyes, visible.sum(1), axis=0) for _, eyes, _, _, visible in looks]),
-            np.concatenate([ways[visible] for *_, ways, visible in looks]),
-            np.concatenate([np.full(visible.sum(), index) for index, *_, visible in looks]),
-            scene,
-        )
-        ends = np.cumsum([visible.sum() for *_, visible in looks])
-        for (_, _, near, _, visible), some in zip(looks, np.split(free, ends[:-1]), strict=True):
-            visible[visible] = some
-            near[near] = visible.mean(1) >= SEEN_SHARE
-            found.append(near)
+    lines = []
+    for eyes, thing in looks:
+        near = np.flatnonzero(np.linalg.norm(eyes - thing.middle, axis=1) <= range_m)
+        ways = thing.points[None] - eyes[near, None]
+        visible = np.abs(ways[..., 2]) <= limit * np.linalg.norm(ways[..., :2], axis=2)
+        lines.append((near, ways, visible))
+    free = _is_free(
+        np.concatenate(
+            [
+                np.repeat(eyes[near], visible.sum(1), axis=0)
+                for (eyes, _), (near, _, visible) in zip(looks, lines, strict=True)
+            ]
+        ),
+        np.concatenate([ways[visible] for _, ways, visible in lines]),
+        np.concatenate(
+            [np.full(visible.sum(), thing.index) for (_, thing), (*_, visible) in zip(looks, lines, strict=True)]
+        ),
+        scene,
+    )
+    found, end = [], 0
+    for (eyes, _), (near, _, visible) in zip(looks, lines, strict=True):
+        start, end = end, end + int(visible.sum())
+        visible[visible] = free[start:end]
+        seen = np.zeros(len(eyes), bool)
+        seen[near] = visible.mean(1) >= SEEN_SHARE
+        found.append(seen)
     return found
 
 
@@ -170,28 +181,36 @@ def unseen(geometry: SceneGeometry, poses: Sequence[Sequence[float]], robot: "Ob
     headings = np.array([2 * math.atan2(pose[3], pose[0]) for pose in poses])
     turn = bearings_rad(eyes, things) - headings[:, None]
     ahead = np.abs(np.arctan2(np.sin(turn), np.cos(turn))) <= math.radians(robot.half_width_deg)
-    left = []
+    left: list[tuple[Target, Floats]] = []
     for number, thing in enumerate(things):
         # A robot turns on the spot: there are a few poses of each place. Mostly one of the nearest sees it.
         places = np.unique(eyes[ahead[:, number]], axis=0)
         left.append((thing, places[np.argsort(np.linalg.norm(places - thing.middle, axis=1), kind="stable")]))
-    for start in range(0, len(eyes), _PLACES_AT_ONCE):
-        views = [(thing, places[start : start + _PLACES_AT_ONCE]) for thing, places in left]
-        seen = _seen_each(views, scene, robot.range_m, robot.half_height_deg)
-        left = [view for view, some in zip(left, seen, strict=True) if not some.any()]
-    return [thing.name for thing, _ in left]
+    found: set[str] = set()
+    while left:
+        found |= {thing.name for thing, places in left if not len(places)}
+        left = [(thing, places) for thing, places in left if len(places)]
+        looks = [(places[:_PLACES_AT_ONCE], thing) for thing, places in left]
+        seen = _see(looks, scene, robot.range_m, robot.half_height_deg) if looks else []
+        left = [
+            (thing, places[_PLACES_AT_ONCE:])
+            for (thing, places), sees in zip(left, seen, strict=True)
+            if not sees.any()
+        ]
+    return [thing.name for thing in things if thing.name in found]
 
 
 def _is_free(start: Floats, ways: Floats, index: Integers, scene: Voxels) -> npt.NDArray[np.bool_]:
     """Say of lines of sight (N, 3) whether each meets nothing but the instance that it leads to: (N,)."""
     length_m = np.linalg.norm(ways, axis=1)
     reach_m = np.maximum(length_m - END_GAP_M, 0.0)
-    unit = ways / np.maximum(length_m, 1e-9)[:, None]
-    free = np.ones(len(unit), bool)
-    going = np.arange(len(unit))
+    # Coordinate by coordinate, which is in memory as it is gone through.
+    start, unit = np.ascontiguousarray(start.T), np.ascontiguousarray((ways / np.maximum(length_m, 1e-9)[:, None]).T)
+    free = np.ones(len(ways), bool)
+    going = np.arange(len(ways))
     way_m = STEP_VOXELS * scene.size_m
     while len(going := going[reach_m[going] > way_m]):
-        owner = scene.owners(start[going] + way_m * unit[going])
+        owner = scene.owners((start.take(going, axis=1) + way_m * unit.take(going, axis=1)).T)
         is_clear = (owner == 0) | (owner == index[going])
         free[going[~is_clear]] = False
         going = going[is_clear]

@@ -76,7 +76,7 @@ def write_place(
         for kind in ("environments", "layouts", "ground_truths", "maps"):
             (folder / kind).mkdir(parents=True, exist_ok=True)
         write_layout(folder / "layouts" / f"{stem}.yaml", place.layout)
-        geometry = place.scene or geometry_of(GltfFile(*split_glb(compose(place.layout))))[0]
+        geometry = scene_of(place)
         space = free_space(geometry, robot.z_min_m, robot.z_max_m)
         truth = ground_truth(geometry, document)
         write_json(folder / "ground_truths" / f"{stem}.json", truth)
@@ -92,6 +92,11 @@ def write_place(
             "Name another folder: --output-location FOLDER",
         ) from error
     return Written(path, geometry, space, len(truth["ground_truth"]["objects"]))
+
+
+def scene_of(place: Generated) -> SceneGeometry:
+    """Return the scene of a place, composed unless it was for finding what is seen."""
+    return place.scene or geometry_of(GltfFile(*split_glb(compose(place.layout))))[0]
 
 
 def least_room_m(written: Written, place: Generated, robot: Observer) -> float:

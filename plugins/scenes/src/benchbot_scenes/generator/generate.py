@@ -23,7 +23,7 @@ from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.gltf import geometry_of
 from benchbot_scenes.gltf_file import GltfFile, split_glb
 from benchbot_scenes.layout import Building, Layout, Opening, Room
-from benchbot_scenes.scene import SceneGeometry, only
+from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.visibility import CARTER, Observer, unseen
 
 CEILING = "#f4f2ee"
@@ -86,16 +86,14 @@ def generate(
         scene = _composed(layout, catalogue, kept)
         # The trajectory was planned among boxes; of a pack whose files are not there these are all that is known.
         hidden = set() if scene is None else set(unseen(scene, coverage.poses, robot))
-        gone = {item.placement.id for item in kept}
-        kept = _without(kept, hidden)
-        kept = _without(kept, _bare(kept))
-        gone -= {item.placement.id for item in kept}
-        listed = _without(listed, gone)
+        gone = hidden | _bare(_without(kept, hidden))
+        kept, listed = _without(kept, gone), _without(listed, gone)
         wanted = rooms < 3 or sum(item.model.class_name is not None for item in kept) >= FEWEST_OBJECTS
         if wanted or last:
             layout = replace(layout, objects=tuple(item.placement for item in listed))
             poses = coverage.poses
-            return Generated(plan, layout, poses[0], poses, tuple(kept), scene and _cleared(scene, gone))
+            scene = _composed(layout, catalogue, kept) if gone else scene
+            return Generated(plan, layout, poses[0], poses, tuple(kept), scene)
     raise BenchbotError(
         f"No {kind} of {rooms} rooms can be made from seed {seed}.",
         f"{ATTEMPTS} plans were drawn, and in none of them the robot finds its way.",
@@ -163,13 +161,6 @@ def _composed(layout: Layout, catalogue: Catalogue, items: Sequence[Item]) -> Sc
     if not all(item.model.file.is_file() for item in items):
         return None
     return geometry_of(GltfFile(*split_glb(compose(layout, {catalogue.name: catalogue}))))[0]
-
-
-def _cleared(scene: SceneGeometry, gone: set[str]) -> SceneGeometry:
-    """A scene less some of its instances."""
-    indices = [instance.index for instance in scene.instances if instance.name in gone]
-    left = only(scene, ~np.isin(scene.triangle_instance, indices)) if gone else scene
-    return replace(left, instances=tuple(instance for instance in left.instances if instance.name not in gone))
 
 
 def _without(items: Sequence[Item], names: set[str]) -> list[Item]:
