@@ -2,47 +2,81 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import write_atomically
+from benchbot_baselines import png
 from benchbot_baselines.collecting import BACKGROUND, Shots, read_shots, whole
 
 FEWEST_PIXELS = 25
 PICTURES_PER_PLACE = 10_000
 
 
-def run_lengths(mask: NDArray[np.bool_]) -> list[int]:
-    """Return COCO's uncompressed counts of a mask (H, W): runs down the columns, beginning with one of zeros."""
-    flat = np.concatenate([[False], mask.ravel(order="F"), [False]])
-    edges = np.flatnonzero(flat[1:-1] != flat[:-2])
-    counts: list[int] = np.diff(edges, prepend=0, append=mask.size).tolist()
-    return counts
+@dataclass(frozen=True)
+class Runs:
+    """The runs of equal numbers down the columns of a picture, of `height` and so many `pixels`, one after the other.
+
+    `first` and `end` (R,) are their first pixels, and those after their last ones; `number` (R,) what they are of.
+    """
+
+    first: NDArray[np.int64]
+    end: NDArray[np.int64]
+    number: NDArray[np.int64]
+    height: int
+    pixels: int
+
+    def of(self, number: int) -> "Runs":
+        """Return the runs of one number."""
+        own = self.number == number
+        return replace(self, first=self.first[own], end=self.end[own], number=self.number[own])
+
+    def counts(self) -> list[int]:
+        """Return COCO's uncompressed counts of the mask of these runs, which do not touch; they begin with zeros."""
+        edges = np.stack([self.first, self.end], 1).ravel()
+        counts: list[int] = np.diff(edges, prepend=0, append=self.pixels).tolist()
+        return counts if counts[-1] else counts[:-1]
+
+    def box(self) -> list[int]:
+        """Return left, top, width and height in pixels."""
+        left, right = int(self.first.min()) // self.height, (int(self.end.max()) - 1) // self.height
+        top, bottom = self.first % self.height, (self.end - 1) % self.height
+        if (self.first // self.height != (self.end - 1) // self.height).any():
+            # One that goes on in the next column was at the bottom, and is at the top.
+            return [left, 0, right - left + 1, self.height]
+        return [left, int(top.min()), right - left + 1, int(bottom.max()) - int(top.min()) + 1]
+
+
+def runs(numbers: NDArray[np.integer[Any]]) -> Runs:
+    """Return all runs of a picture (H, W) of numbers."""
+    flat = numbers.ravel(order="F")
+    first = np.concatenate([[0], np.flatnonzero(flat[1:] != flat[:-1]) + 1])
+    return Runs(first, np.append(first[1:], flat.size), flat[first].astype(np.int64), len(numbers), flat.size)
 
 
 def annotations(shots: Shots, row: int) -> Iterator[dict[str, Any]]:
     """Yield the annotations of one picture: objects of a class, of `FEWEST_PIXELS` at least."""
-    numbers, counts = np.unique(shots.instance[row], return_counts=True)
+    found = runs(shots.instance[row])
+    areas = np.bincount(found.number, found.end - found.first).astype(np.int64)
     height, width = shots.instance[row].shape
-    for number, area in zip(numbers.tolist(), counts.tolist(), strict=True):
+    large: list[int] = (np.flatnonzero(areas[1:] >= FEWEST_PIXELS) + 1).tolist()
+    for number in large:
         category = int(shots.classes[number])
-        if number == 0 or area < FEWEST_PIXELS or category == BACKGROUND:
+        if category == BACKGROUND:
             continue
-        mask = shots.instance[row] == number
-        rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
-        left, top = int(columns[0]), int(rows[0])
+        own = found.of(number)
         yield {
             "category_id": category + 1,
             "instance": number,
-            "area": area,
-            "bbox": [left, top, int(columns[-1]) - left + 1, int(rows[-1]) - top + 1],
+            "area": int(areas[number]),
+            "bbox": own.box(),
             "iscrowd": 0,
-            "segmentation": {"size": [height, width], "counts": run_lengths(mask)},
+            "segmentation": {"size": [height, width], "counts": own.counts()},
         }
 
 
@@ -62,8 +96,8 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
     images, found = [], []
     for row in range(len(shots.rgb)):
         name, image_id = picture_name(seed, row), seed * PICTURES_PER_PLACE + row
-        Image.fromarray(shots.rgb[row]).save(folder / "images" / name, compress_level=1)
-        Image.fromarray(shots.depth_mm[row]).save(folder / "depth" / name, compress_level=1)
+        (folder / "images" / name).write_bytes(png.encode(shots.rgb[row]))
+        (folder / "depth" / name).write_bytes(png.encode(shots.depth_mm[row]))
         height, width = shots.depth_mm[row].shape
         images.append(
             {

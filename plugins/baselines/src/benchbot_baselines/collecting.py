@@ -28,7 +28,6 @@ from benchbot.process import processors
 from benchbot_baselines.places import LIGHTS, Place, draw_views, furnish, light_of
 
 if TYPE_CHECKING:
-    from benchbot_scenes.scene import SceneGeometry
     from benchbot_sim_taichi.renderer import Renderer
 
 MOST_MM = 2**16 - 1
@@ -160,18 +159,15 @@ def shoot(place: Place, settings: Settings, device: str) -> Shots:
     """Take all pictures of a place in one batch."""
     light = light_of(place.seed, settings.lights)
     with TemporaryDirectory() as scratch:
-        renderer, geometry = _renderer(place, light, settings, device, Path(scratch))
-        return _shots(place, light, settings, renderer, geometry)
+        return _shots(place, light, settings, _renderer(place, light, settings, device, Path(scratch)))
 
 
-def _renderer(
-    place: Place, light: str, settings: Settings, device: str, scratch: Path
-) -> "tuple[Renderer, SceneGeometry]":
-    """Return what draws a place; kernels are the simulator's, light is kept in `scratch`: 60 MB, used once."""
+def _renderer(place: Place, light: str, settings: Settings, device: str, scratch: Path) -> "Renderer":
+    """Return what draws a place: kernels and skies are kept for other places, light in `scratch`, 60 MB, used once."""
     from benchbot_scenes.generator.files import LIGHTING
-    from benchbot_scenes.gltf import load_scene
     from benchbot_sim_taichi import _ti
     from benchbot_sim_taichi.lighting import Lighting
+    from benchbot_sim_taichi.lights import environment_record
     from benchbot_sim_taichi.quality import QUALITIES
     from benchbot_sim_taichi.renderer import Renderer
 
@@ -179,19 +175,19 @@ def _renderer(
     _ti.start(device, kept)
     # Processes that the renderer starts look there for their kernels.
     (scratch / "kernels").symlink_to(kept / "kernels", target_is_directory=True)
-    scene = scratch / "scene.glb"
-    scene.write_bytes(place.scene)
-    geometry = load_scene(scene)
     lighting = Lighting.from_mapping({**LIGHTING, **LIGHTS[light]})
+    environment_record(lighting, kept)
+    for outlook in kept.glob("outlook-*.npz"):
+        (scratch / outlook.name).symlink_to(outlook)
     quality = QUALITIES[settings.quality]
-    return Renderer(geometry, lighting, cache_dir=scratch, device=device, quality=quality), geometry
+    return Renderer(place.scene, lighting, cache_dir=scratch, device=device, quality=quality)
 
 
-def _shots(place: Place, light: str, settings: Settings, renderer: "Renderer", geometry: "SceneGeometry") -> Shots:
+def _shots(place: Place, light: str, settings: Settings, renderer: "Renderer") -> Shots:
     from benchbot_sim_taichi.renderer import Intrinsics
 
-    classes = np.full(max(each.index for each in geometry.instances) + 1, BACKGROUND, np.uint8)
-    for each in geometry.instances:
+    classes = np.full(max(each.index for each in place.scene.instances) + 1, BACKGROUND, np.uint8)
+    for each in place.scene.instances:
         if each.class_name in CLASS_LIST:
             classes[each.index] = CLASS_LIST.index(each.class_name)
     drawn = draw_views(place, settings.views * CANDIDATES)
@@ -204,16 +200,20 @@ def _shots(place: Place, light: str, settings: Settings, renderer: "Renderer", g
     poses = np.stack([view.camera_to_map for view in views])
     cameras = [Intrinsics.from_horizontal_fov(settings.width, settings.height, view.width_deg) for view in views]
     batch = renderer.render_batch(poses, cameras)
-    millimetres = np.where(np.isfinite(batch.depth_m), batch.depth_m, 0) * 1000
     return Shots(
         batch.rgb,
-        np.where(millimetres > MOST_MM, 0, np.rint(np.minimum(millimetres, MOST_MM))).astype(np.uint16),
+        np.stack([_millimetres(depth_m) for depth_m in batch.depth_m]),
         batch.instance.astype(np.uint16),
         classes,
         poses,
         np.array([(each.fx, each.fy, each.cx - 0.5, each.cy - 0.5) for each in cameras]),
         np.array(light),
     )
+
+
+def _millimetres(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
+    millimetres = np.where(np.isfinite(depth_m), depth_m, 0) * 1000
+    return np.where(millimetres > MOST_MM, 0, np.rint(np.minimum(millimetres, MOST_MM))).astype(np.uint16)
 
 
 def telling(

@@ -1,17 +1,14 @@
 """Parquet of what was collected, a file for each place, which `datasets.load_dataset` of Hugging Face reads."""
 
 import json
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
-from PIL import Image
 from pyarrow.parquet import write_table
 
 from benchbot.mapping import CLASS_LIST
+from benchbot_baselines import png
 from benchbot_baselines.coco import annotations, picture_name
 from benchbot_baselines.collecting import read_shots, whole
 from benchbot_baselines.seeds import split_of
@@ -65,7 +62,7 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
         found = list(annotations(shots, row))
         rows.append(
             {
-                **{name: {"bytes": _png(each), "path": picture_name(seed, row)} for name, each in pictures},
+                **{name: {"bytes": png.encode(each), "path": picture_name(seed, row)} for name, each in pictures},
                 "objects": {
                     "id": [each["instance"] for each in found],
                     "category": [each["category_id"] - 1 for each in found],
@@ -80,9 +77,3 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
         )
     with whole(path) as file:
         write_table(pa.Table.from_pylist(rows, SCHEMA), file, row_group_size=ROWS_PER_GROUP)
-
-
-def _png(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
-    encoded = BytesIO()
-    Image.fromarray(pixels).save(encoded, "png", compress_level=1)
-    return encoded.getvalue()

@@ -2,10 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from benchbot_scenes.scene import SceneGeometry
 
 KINDS = ("apartment", "house", "office", "company")
 LIGHTS: dict[str, dict[str, Any]] = {
@@ -21,12 +24,12 @@ PITCH_SPREAD_DEG, HEIGHT_SPREAD_M = 4.0, 0.08
 
 @dataclass(frozen=True)
 class Place:
-    """A place of a seed: its scene, a GLB file, and the poses [qw, qx, qy, qz, x, y, z] of a way through all of it."""
+    """A place of a seed: its scene and the poses [qw, qx, qy, qz, x, y, z] of a way through all of it."""
 
     seed: int
     kind: str
     rooms: int
-    scene: bytes
+    scene: "SceneGeometry"
     way: NDArray[np.float64]
 
 
@@ -41,14 +44,14 @@ class View:
 def furnish(seed: int, assets: str = "household") -> Place:
     """Generate the place of a seed, its kind and number of rooms drawn from it."""
     from benchbot_scenes.catalogue import pack
-    from benchbot_scenes.compose import compose
+    from benchbot_scenes.generator.files import scene_of
     from benchbot_scenes.generator.generate import generate
 
     random = np.random.default_rng([seed, 0])
     kind = KINDS[int(random.integers(len(KINDS)))]
     rooms = int(random.integers(FEWEST_ROOMS, MOST_ROOMS + 1))
     place = generate(seed, kind, rooms, pack(assets))
-    return Place(seed, kind, rooms, compose(place.layout), np.array(place.trajectory_poses, np.float64))
+    return Place(seed, kind, rooms, scene_of(place), np.array(place.trajectory_poses, np.float64))
 
 
 def draw_views(place: Place, count: int) -> list[View]:
