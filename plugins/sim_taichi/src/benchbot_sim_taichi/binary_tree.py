@@ -128,14 +128,14 @@ class NumpySplitter:
         """Split nodes; see `Splitter`."""
         slots, offsets = _ranges(start, count), np.cumsum(count) - count
         items, node = self.order[slots], np.repeat(np.arange(len(start)), count)
-        ends = self._ends[:, items]
+        ends = self._ends.take(items, axis=1)  # rows stay rows, which an index would not leave
         goes_right = self._goes_right(ends, node, count, at_median)
         # By node and side, each side in the order of before.
         moved = np.argsort(2 * node + goes_right, kind="stable")
         left_count: IndexArray = count - np.add.reduceat(goes_right, offsets, dtype=np.int64)
         self.order[slots] = items[moved]
         child_start = np.stack([offsets, offsets + left_count], axis=1).ravel()
-        boxes = np.minimum.reduceat(ends[:, moved], child_start, axis=1).T
+        boxes = np.minimum.reduceat(ends.take(moved, axis=1), child_start, axis=1).T
         return left_count, boxes[:, :3], -boxes[:, 3:]
 
     def _goes_right(
@@ -189,7 +189,9 @@ def _best_split(
         count = np.bincount(bin_of * np.int64(nodes) + node, minlength=bins * nodes)
         filled = np.flatnonzero(count)
         of_bins = np.full((6, bins * nodes), np.inf, np.float32)
-        of_bins[:, filled] = np.minimum.reduceat(ends[:, order], np.cumsum(count[filled]) - count[filled], axis=1)
+        of_bins[:, filled] = np.minimum.reduceat(
+            ends.take(order, axis=1), np.cumsum(count[filled]) - count[filled], axis=1
+        )
         boxes, count = of_bins.reshape(6, bins, nodes), count.reshape(bins, nodes)
         left_area = _swept_area(boxes)[:-1]
         right_area = _swept_area(boxes[:, ::-1])[::-1][1:]

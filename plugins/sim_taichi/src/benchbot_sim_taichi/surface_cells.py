@@ -65,8 +65,10 @@ def find(scene: SceneGeometry, cell_size_m: float = DEFAULT_CELL_SIZE_M) -> Surf
         i, j, k = np.clip(((points - origin[:, None]) / size).astype(np.int64), 0, shape[:, None] - 1)
         keyed.append(((i * shape[1] + j) * shape[2] + k) * DIRECTIONS + direction)
     key, samples = np.concatenate(keyed), np.concatenate([records for _, _, records in parts])
-    order = np.argsort(key, kind="stable")
-    keys, start, count = np.unique(key[order], return_index=True, return_counts=True)
+    order = _sorted(key)
+    ordered = key[order]
+    start = np.flatnonzero(np.diff(ordered, prepend=-1))
+    keys, count = ordered[start], np.diff(start, append=len(ordered))
     grid = np.full(int(np.prod(shape)) * DIRECTIONS, -1, np.int32)
     grid[keys] = np.arange(len(keys))
     kept = np.minimum(count, MAX_SAMPLES_PER_CELL)
@@ -75,6 +77,13 @@ def find(scene: SceneGeometry, cell_size_m: float = DEFAULT_CELL_SIZE_M) -> Surf
     chosen = order[np.repeat(start, kept) + rank * np.repeat(count, kept) // np.repeat(kept, kept)]
     layout = np.array([*origin, 1 / size, *shape, size], np.float32)
     return SurfaceCells(grid, keys.astype(np.int32), samples[chosen].ravel(), first.astype(np.int32), layout)
+
+
+def _sorted(keys: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return the stable order of keys, 0 to 2**32 - 1: numpy sorts numbers of 16 bits without comparing any."""
+    low = np.argsort((keys & 0xFFFF).astype(np.uint16), kind="stable")
+    order: npt.NDArray[np.int64] = low[np.argsort((keys >> 16).astype(np.uint16)[low], kind="stable")]
+    return order
 
 
 def split(cells: SurfaceCells, kinds: IntArray) -> tuple[SurfaceCells, IntArray, IntArray]:
@@ -146,14 +155,18 @@ def _on_triangles(
     u, v = _low_discrepancy(number + 1)
     fold = u + v > 1
     u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
-    one, two, three = triangles[triangle].T
-    points, normals = (each[:, one] * (1 - u - v) + each[:, two] * u + each[:, three] * v for each in values)
+    one, two, three = np.ascontiguousarray(triangles[triangle].T)
+    # `take` leaves coordinates in rows, which an index would not.
+    points, normals = (
+        each.take(one, axis=1) * (1 - u - v) + each.take(two, axis=1) * u + each.take(three, axis=1) * v
+        for each in values
+    )
     normals = normals * side
-    kept = np.isfinite(normals).all(axis=0) & (np.linalg.norm(normals, axis=0) > 1e-6)
+    kept = np.flatnonzero(np.isfinite(normals).all(axis=0) & (np.linalg.norm(normals, axis=0) > 1e-6))
     axis = np.abs(normals).argmax(axis=0)
     direction = 2 * axis + (np.take_along_axis(normals, axis[None], 0)[0] < 0)
     samples = np.stack([triangle, u, v, np.full(len(u), side)], axis=1).astype(np.float32)
-    return points[:, kept], direction[kept], samples[kept]
+    return points.take(kept, axis=1), direction[kept], samples[kept]
 
 
 def _low_discrepancy(index: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
