@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import time
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from PIL import Image
 from pycocotools import mask as coco_mask
 from pycocotools.coco import COCO
 
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import BenchbotError
-from benchbot_baselines import png
 from benchbot_baselines.coco import runs
 from benchbot_baselines.collecting import BACKGROUND, Settings, Shots, begin, place_file, read_shots, telling
 from benchbot_baselines.command import collect
@@ -178,17 +175,6 @@ def test_pycocotools_reads_the_runs_and_finds_the_box(instance: np.ndarray) -> N
 
         assert (coco_mask.decode(rle) == (instance == number)).all()
         assert own.box() == coco_mask.toBbox(rle).tolist()
-
-
-@given(st.sampled_from([np.uint8, np.uint16]), st.integers(1, 9), st.integers(1, 9), st.booleans(), st.data())
-def test_pillow_reads_the_pixels_of_a_png(
-    dtype: type[np.uint8] | type[np.uint16], height: int, width: int, is_colour: bool, data: st.DataObject
-) -> None:
-    shape = (height, width, 3) if is_colour and dtype is np.uint8 else (height, width)
-    pixels = data.draw(arrays.arrays(dtype, shape))
-    with Image.open(BytesIO(png.encode(pixels))) as picture:
-        picture.load()  # with the checksums
-        np.testing.assert_array_equal(np.asarray(picture), pixels)
 
 
 def test_a_folder_of_other_settings_is_refused(tmp_path: Path) -> None:

@@ -1,17 +1,19 @@
 """COCO's form of what was collected: instances with boxes and run-length encoded masks (https://cocodataset.org)."""
 
 import json
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from benchbot.mapping import CLASS_LIST
 from benchbot.plugin import write_atomically
-from benchbot_baselines import png
 from benchbot_baselines.collecting import BACKGROUND, Shots, read_shots, whole
 
 FEWEST_PIXELS = 25
@@ -85,6 +87,13 @@ def picture_name(seed: int, row: int) -> str:
     return f"{seed:06d}_{row:04d}.png"
 
 
+def png(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
+    """Return the file of a picture, packed by its runs alone: no larger, and quicker than by searching for more."""
+    encoded = BytesIO()
+    Image.fromarray(pixels).save(encoded, "png", compress_level=1, compress_type=zlib.Z_RLE)
+    return encoded.getvalue()
+
+
 def write_place(folder: Path, seed: int, places: Path) -> None:
     """Write pictures, depth (16 bit, millimetres) and annotations of a place, unless they are there."""
     part = folder / "parts" / f"{seed:06d}.json"
@@ -96,8 +105,8 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
     images, found = [], []
     for row in range(len(shots.rgb)):
         name, image_id = picture_name(seed, row), seed * PICTURES_PER_PLACE + row
-        (folder / "images" / name).write_bytes(png.encode(shots.rgb[row]))
-        (folder / "depth" / name).write_bytes(png.encode(shots.depth_mm[row]))
+        (folder / "images" / name).write_bytes(png(shots.rgb[row]))
+        (folder / "depth" / name).write_bytes(png(shots.depth_mm[row]))
         height, width = shots.depth_mm[row].shape
         images.append(
             {

@@ -8,8 +8,7 @@ import pyarrow as pa
 from pyarrow.parquet import write_table
 
 from benchbot.mapping import CLASS_LIST
-from benchbot_baselines import png
-from benchbot_baselines.coco import annotations, picture_name
+from benchbot_baselines.coco import annotations, picture_name, png
 from benchbot_baselines.collecting import read_shots, whole
 from benchbot_baselines.seeds import split_of
 
@@ -62,7 +61,7 @@ def write_place(folder: Path, seed: int, places: Path) -> None:
         found = list(annotations(shots, row))
         rows.append(
             {
-                **{name: {"bytes": png.encode(each), "path": picture_name(seed, row)} for name, each in pictures},
+                **{name: {"bytes": png(each), "path": picture_name(seed, row)} for name, each in pictures},
                 "objects": {
                     "id": [each["instance"] for each in found],
                     "category": [each["category_id"] - 1 for each in found],
