@@ -112,6 +112,23 @@ def room_by_night(path: Path) -> Path:
     return glb.write(path)
 
 
+def polished_room(path: Path) -> Path:
+    """A black room of 4 x 3 x 2.5 m with a smooth floor and a white ceiling; below 1 m it is a pane towards y = 3."""
+    glb = Glb()
+    black = glb.material((0.01,) * 3)
+    for name, low, high, material in (
+        ("floor", (-0.1, -0.1, -0.1), (4.1, 3.1, 0.0), glb.material((0.01,) * 3, roughness=0.4)),
+        ("ceiling", (-0.1, -0.1, 2.5), (4.1, 3.1, 2.6), glb.material((0.8,) * 3)),
+        ("west", (-0.1, 0.0, 0.0), (0.0, 3.0, 2.5), black),
+        ("east", (4.0, 0.0, 0.0), (4.1, 3.0, 2.5), black),
+        ("south", (-0.1, -0.1, 0.0), (4.1, 0.0, 2.5), black),
+        ("north", (-0.1, 3.0, 1.0), (4.1, 3.1, 2.5), black),
+        ("pane", (0.0, 3.02, 0.0), (4.0, 3.03, 1.0), glb.material((1.0,) * 3, glass=True, roughness=0.0)),
+    ):
+        glb.box(name, low, high, material)
+    return glb.write(path)
+
+
 def sill_above_a_slot(path: Path) -> Path:
     """A wall of 2 x 0.9 m towards -y, a sill of 3 cm that lies 2 cm above it and juts out by 3 cm, closed behind."""
     glb = Glb()

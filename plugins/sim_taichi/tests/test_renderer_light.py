@@ -263,6 +263,27 @@ def test_a_lamps_light_comes_back_from_the_lamp_itself_from_panes_and_from_smoot
     assert picture.mean() == pytest.approx(expected.mean(), rel=0.07)
 
 
+@pytest.mark.parametrize(
+    ("sun", "sky"),
+    [
+        pytest.param(Sun(irradiance=(0.0,) * 3), Sky((1.0,) * 3, (1.0,) * 3, (0.0,) * 3), id="the sky"),
+        pytest.param(Sun(azimuth_deg=90.0, elevation_deg=55.0), Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3), id="the sun"),
+    ],
+)
+def test_a_smooth_floor_lights_the_ceiling_with_what_it_mirrors_of(
+    tmp_path: Path, kernel_cache: Path, sun: Sun, sky: Sky
+) -> None:
+    lighting = Lighting(sun=sun, sky=sky, exposure=20.0)
+    renderer = Renderer(load_scene(rooms.polished_room(tmp_path / "room.glb")), lighting, cache_dir=kernel_cache)
+    up = looking((2.0, 1.5, 0.1), 90.0, 90.0)
+    wide = Intrinsics.from_horizontal_fov(48, 36, 70.0)
+
+    picture = renderer.render(up, wide).rgb
+
+    expected = camera_response.develop_on_host(path_trace(renderer, up, wide, samples_per_pixel=512, brightest=np.inf))
+    assert picture.mean() == pytest.approx(expected.mean(), rel=0.05)
+
+
 def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     device = Renderer(scene, Lighting(), cache_dir=kernel_cache).device

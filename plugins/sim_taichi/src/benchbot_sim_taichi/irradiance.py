@@ -21,7 +21,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 27
+VERSION = 28
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
@@ -86,7 +86,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     count = found.count
     cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)
     samples, first = _ti.upload(found.samples), _ti.upload(found.first)
-    direct = _ti.upload(np.zeros(count * 3, np.float32))
+    direct, matt = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
     kernels.light_cells(
         *device.tree,
         device.sheer_root,
@@ -98,6 +98,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         first,
         _ti.upload(apart),
         direct,
+        matt,
         cells,
         count,
         POINTS_PER_CELL,
@@ -105,10 +106,9 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         seed,
     )
     rays = min(RAYS_PER_CELL, max(LINKS_AT_ONCE // count, 16))
-    links = _ti.upload(np.zeros(count * rays, np.int32))
-    has_panes = device.sheer_root >= 0
-    tints = _ti.upload(np.zeros(count * rays if has_panes else 1, np.int32))
-    sky = _ti.upload(np.zeros(count * 4, np.float32))
+    links, tints = _ti.upload(np.zeros(count * rays, np.int32)), _ti.upload(np.zeros(count * rays, np.int32))
+    sky = _ti.upload(np.zeros(count * kernels.SKY_STRIDE, np.float32))
+    exposed = _ti.upload(np.zeros(int(found.first[-1]), np.float32))
     kernels.link_cells(
         *device.tree,
         device.sheer_root,
@@ -123,6 +123,8 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         layout,
         links,
         tints,
+        exposed,
+        direct,
         sky,
         count,
         rays,
@@ -130,10 +132,10 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     )
     before, after = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
     for _ in range(BOUNCES + 1):
-        kernels.bounce_cells(links, tints, sky, direct, cells, before, after, count, rays, int(has_panes))
+        kernels.bounce_cells(first, links, tints, exposed, sky, direct, matt, cells, before, after, count, rays)
         before, after = after, before
     indirect, smoothed = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
-    kernels.split_cells(cells, direct, before, sky, indirect, count, rays)
+    kernels.split_cells(cells, direct, before, sky, indirect, count)
     for step in SMOOTHING_STEPS:
         kernels.smooth_cells(*device.tree, grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
         indirect, smoothed = smoothed, indirect

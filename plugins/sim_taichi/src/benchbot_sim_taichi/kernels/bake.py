@@ -10,16 +10,17 @@ well spread rays (interleaved sampling: Keller and Heidrich, 2001).
 """
 
 from benchbot_sim_taichi._ti import ti
-from benchbot_sim_taichi.charts import NODE_STRIDE
+from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
 from benchbot_sim_taichi.kernels.cells import sample_point
+from benchbot_sim_taichi.kernels.follow import follow, is_inside, mirrored_sun
+from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
-from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
-from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
+from benchbot_sim_taichi.kernels.panes import sent
+from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored
 from benchbot_sim_taichi.kernels.sampling import (
-    ONE_OVER_2_32,
     cone_direction,
     cosine_direction,
     hash_u32,
@@ -28,9 +29,9 @@ from benchbot_sim_taichi.kernels.sampling import (
 )
 from benchbot_sim_taichi.kernels.shading import mirrored_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
-from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
+from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 RAW_STRIDE = 12
 PI = 3.14159265
@@ -89,14 +90,6 @@ def node_at(triangles: ti.template(), vertices: ti.template(), samples: ti.templ
         scramble=scramble,
         times=ti.select(is_charted, CHARTED_TIMES, 1),
     )
-
-
-@ti.func
-def is_inside(triangles: ti.template(), materials: ti.template(), triangle, toward):
-    """Return 1 if a ray that meets a triangle comes from within the solid which it bounds, else 0."""
-    base = triangle * TRIANGLE_STRIDE
-    is_sheet = ti.cast(materials[ti.cast(triangles[base + 18], ti.i32) * MATERIAL_STRIDE + 14], ti.i32)
-    return ti.select(load3(triangles, base + 15).dot(toward) > 0.0, 1 - is_sheet, 0)
 
 
 @ti.kernel
@@ -197,6 +190,28 @@ def light_directly(
 
 
 @ti.func
+def directed(
+    triangles: ti.template(),
+    materials: ti.template(),
+    texels: ti.template(),
+    images: ti.template(),
+    env: ti.template(),
+    samples: ti.template(),
+    node,
+    here,
+    direction,
+):
+    """Return what a node sends of the sunshine on it to who looks along `direction`, by what it sends on average."""
+    base = node * SAMPLE_STRIDE
+    triangle = ti.cast(samples[base], ti.i32)
+    u, v = samples[base + 1], samples[base + 2]
+    surface = surface_at(triangles, materials, texels, images, triangle, u, v, negated(here.face), NODE_M)
+    matt = surface.diffuse * (vec3(1.0) - mean_mirrored(env, surface.specular, surface.roughness)) * INV_PI
+    mirrored = mirrored_share(env, negated(load3(env, 0)), here.normal, surface) * INV_PI
+    return (matt + mirrored_sun(env, direction, surface)) / ti.max(matt + mirrored, 1e-6)
+
+
+@ti.func
 def patch_below(shares: ti.template(), first, last, number):
     """Return the first entry from `first` to `last` that `number` is not above."""
     low = first
@@ -263,71 +278,46 @@ def gather(
         for k in range(rays):
             toward = cosine_direction(here.normal, sobol_2d(here.rank * rays + k, here.scramble + seed + 3))
             if toward.dot(here.face) > 0.0:
-                hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-                passed = vec3(1.0)
-                origin = here.point
-                panes = 0
-                mirrors = 0
-                root = 0
-                start = 0.0
-                layers = 0
-                while root >= 0:
-                    other = trace(nodes, leaves, root, origin + toward * start, toward, hit.t - start, False)
-                    if root == 0:
-                        hit = other
-                        root = sheer_root
-                    elif other.triangle >= 0 and layers < MAX_LAYERS:
-                        layer = sheerness(
-                            triangles, materials, texels, images, other.triangle, other.u, other.v, toward
-                        )
-                        start += other.t + STEP_M
-                        layers += 1
-                        # The light of leaves and grilles is that of what is behind them.
-                        if layer.panes == 1:
-                            pane = other.triangle * TRIANGLE_STRIDE
-                            across = load3(triangles, pane + 15)
-                            glass = ti.cast(triangles[pane + 18], ti.i32) * MATERIAL_STRIDE
-                            mirrored = pane_reflectance(materials[glass + 16], ti.abs(across.dot(toward)))
-                            chance = hash_u32(node ^ hash_u32((k + seed) * MAX_LAYERS + layers))
-                            if ti.cast(chance, ti.f32) * ONE_OVER_2_32 < mirrored:
-                                origin += toward * (start - 2.0 * STEP_M)
-                                toward = toward - across * (2.0 * across.dot(toward))
-                                hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-                                start = 0.0
-                                root = 0
-                                mirrors += 1
-                            else:
-                                passed *= layer.share / (1.0 - mirrored)
-                                panes += 1
-                    else:
-                        root = -1
+                end, surface = follow(
+                    nodes,
+                    leaves,
+                    sheer_root,
+                    triangles,
+                    materials,
+                    texels,
+                    images,
+                    env,
+                    here.point,
+                    toward,
+                    NEAR_M,
+                    hash_u32(node ^ hash_u32(k + seed)),
+                )
                 radiance = vec3(0.0)
-                is_far = True
-                if hit.t < GAP_M and mirrors == 0:
+                # Few rays are mirrored: what they meet is noise unless averaged as light from afar.
+                is_far = end.mirrors > 0 or end.hit.t > NEAR_M
+                if 0.0 <= end.first_m < GAP_M:
                     blocked += 1.0
-                if hit.triangle >= 0:
-                    surface = surface_at(
-                        triangles, materials, texels, images, hit.triangle, hit.u, hit.v, toward, 0.1 + 0.5 * hit.t
-                    )
-                    if is_inside(triangles, materials, hit.triangle, toward) == 1:
-                        backs += 1.0
-                        is_far = False
-                    else:
-                        met = origin + toward * hit.t
-                        # Few rays are mirrored by panes: what they meet is noise unless averaged as light from afar.
-                        is_far = mirrors > 0 or hit.t > NEAR_M
-                        stored = stored_light(places, index, light, triangles, hit, surface.face)
-                        total = stored.irradiance
-                        if mirrors > 0 or hit.t <= NEAR_M:
-                            total += load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
-                        cell = cell_met(grid, cells, layout, met, surface.face, ti.select(mirrors > 0, FAR, hit.t))
-                        if cell >= 0:
-                            total += load3(cells, cell * CELL_STRIDE + 9)
-                        mirrored = mirrored_share(env, toward, surface.normal, surface)
-                        sent_on = surface.diffuse * (1.0 - mirrored) + mirrored
-                        radiance = passed * sent_on * total * INV_PI
-                elif portals == 0 or panes == 0 or mirrors > 0:  # sky that is seen through a pane is direct light
-                    radiance = passed * sky_radiance(env, toward)
+                if end.is_inside == 1:
+                    backs += 1.0
+                    is_far = False
+                elif end.hit.triangle >= 0:
+                    stored = stored_light(places, index, light, triangles, end.hit, surface.face)
+                    total = stored.irradiance
+                    if end.mirrors > 0 or not is_far:
+                        sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
+                        total += sunlight
+                        if end.mirrors > 0:
+                            highlight = sunlight / end.likely * mirrored_sun(env, end.direction, surface)
+                            radiance += surface.emission + highlight
+                    point = end.origin + end.direction * end.hit.t
+                    distance = ti.select(end.mirrors > 0, FAR, end.hit.t)
+                    cell = cell_met(grid, cells, layout, point, surface.face, distance)
+                    if cell >= 0:
+                        total += load3(cells, cell * CELL_STRIDE + 9)
+                    radiance += (surface.diffuse * end.matt + end.evenly) * total * INV_PI
+                    radiance *= end.share
+                elif portals == 0 or end.panes == 0 or end.mirrors > 0:  # sky seen through a pane is direct light
+                    radiance = end.share * sky_radiance(env, end.direction)
                 if is_far:
                     open_share += 1.0
                     far_light += radiance
@@ -360,6 +350,10 @@ def gather(
                     )
                     weight = received * given / (distance2 * chosen.share * ti.cast(taken, ti.f32))
                     found = passed.share * load3(colors, patch * 3) * weight
+                    if found.max() > 0.0:
+                        found *= directed(
+                            triangles, materials, texels, images, env, samples, patches[patch], other, toward
+                        )
                     from_patches += found
                     if found.max() > largest.max():
                         largest = found

@@ -9,16 +9,17 @@ apart), the next cell in the same place, -1 if there is none, and the kind of it
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, cell_weight
+from benchbot_sim_taichi.kernels.follow import follow, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
-from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, Passage, pack, sent, sheerness, unpack
-from benchbot_sim_taichi.kernels.reflectance import mean_mirrored, pane_reflectance
-from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, cone_direction, cosine_direction, hash_u32, sobol_2d
+from benchbot_sim_taichi.kernels.panes import pack, sent, unpack
+from benchbot_sim_taichi.kernels.reflectance import mean_mirrored
+from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
+from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
-from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
+from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 OFFSET_M = 5e-4
 GAP_M = 0.25  # deeper than what lamps and furniture leave between themselves and a wall
@@ -27,6 +28,7 @@ APART_WEIGHT = 0.1
 CLEAR_M = 0.03  # above what is round, or has mouldings
 LEAST_WEIGHT = 1e-3
 LINK_NONE = -1
+SKY_STRIDE = 5
 INV_PI = 0.31830988618379067
 
 
@@ -59,13 +61,14 @@ def light_cells(
     first: ints,
     apart: ints,
     direct: floats,
+    matt: floats,
     cells: floats,
     count: ti.i32,
     points_per_cell: ti.i32,
     size_m: ti.f32,
     seed: ti.i32,
 ):
-    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part.
+    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part, `matt` the colour.
 
     A point counts as far as it can be seen from beyond `GAP_M`: the ceiling right behind a lamp is very bright, but no
     light gets from there into the room. Cells that are `apart` (1, else 0) count little beside others.
@@ -76,6 +79,7 @@ def light_cells(
         mean_position = vec3(0.0)
         mean_normal = vec3(0.0)
         albedo = vec3(0.0)
+        color = vec3(0.0)
         sun = vec3(0.0)
         sees_sun = False
         straight = vec3(0.0)
@@ -106,6 +110,7 @@ def light_cells(
             mean_position += weight * position
             mean_normal += weight * surface.normal
             mirrored = mean_mirrored(env, surface.specular, surface.roughness)
+            color += weight * surface.diffuse
             albedo += weight * (surface.diffuse * (vec3(1.0) - mirrored) + mirrored)
             xi = sobol_2d(k, scramble)
             row = row_near(near, position, surface.normal)
@@ -152,6 +157,7 @@ def light_cells(
             cells[cell * CELL_STRIDE + 12 + i] = straight[i] * scale
             cells[cell * CELL_STRIDE + 18 + i] = ti.min(albedo[i] * scale, 0.95)
             direct[cell * 3 + i] = sun[i] * scale
+            matt[cell * 3 + i] = color[i] * scale
         cells[cell * CELL_STRIDE + 22] = ti.cast(sees_sun, ti.f32)
         cells[cell * CELL_STRIDE + 23] = ti.select(apart[cell] == 1, APART_WEIGHT, 1.0)
 
@@ -175,16 +181,19 @@ def link_cells(
     layout: floats,
     links: ints,
     tints: ints,
+    exposed: floats,
+    direct: floats,
     sky: floats,
     count: ti.i32,
     rays: ti.i32,
     seed: ti.i32,
 ):
-    """Store the cell that each of a cell's rays meets, and the transmission of panes on the way (`panes.pack`).
+    """Store the cell at which each of a cell's rays ends, and what share of its light comes (`panes.pack`).
 
-    Panes mirror some of the rays: to surfaces and to the sky, but lamps are too small to be found so. `sky` (4 per
-    cell): radiance sum of rays that escape, and number of valid rays; a cell's value 21 becomes the share of them that
-    escape.
+    Others see more of points that lie open: rays count by the share of those of their point that meet nothing within
+    `GAP_M` (`exposed`, one per point). `sky` (5 per cell): radiance sum of rays that escape, with what lamps and the
+    sun send by way of what mirrors, number of valid rays, both so weighted, and the share of all rays that is valid; a
+    cell's value 21 becomes the share that escapes.
     """
     for cell in range(count):
         begin = first[cell]
@@ -193,9 +202,9 @@ def link_cells(
         sum_sky = vec3(0.0)
         escaped = 0.0
         valid = 0.0
-        for r in range(rays):
-            sample = begin + r % size
-            base = sample * SAMPLE_STRIDE
+        counted = 0.0
+        for k in range(ti.min(size, rays)):
+            base = (begin + k) * SAMPLE_STRIDE
             triangle = ti.cast(samples[base], ti.i32)
             u, v = samples[base + 1], samples[base + 2]
             row = triangle * TRIANGLE_STRIDE
@@ -206,97 +215,88 @@ def link_cells(
             normal = (normal * samples[base + 3]).normalized(1e-9)
             if normal.dot(face) < 0.1:
                 normal = face
-            position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
-            direction = cosine_direction(normal, sobol_2d(r, scramble))
-            link = LINK_NONE
-            counted = 1.0
-            if face.dot(direction) > 0.0:
-                solid = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-                passed = Passage(share=vec3(1.0), panes=0)
-                root = 0
-                start = 0.0
-                layers = 0
-                is_mirrored = False
-                while root >= 0:
-                    hit = trace(nodes, leaves, root, position + direction * start, direction, solid.t - start, False)
-                    if root == 0:
-                        solid = hit
-                        root = sheer_root
-                    elif hit.triangle >= 0 and layers < MAX_LAYERS:
-                        layer = sheerness(triangles, materials, texels, images, hit.triangle, hit.u, hit.v, direction)
-                        start += hit.t + STEP_M
-                        layers += 1
-                        # The light of leaves and grilles is that of what is behind them.
-                        if layer.panes == 1:
-                            pane = hit.triangle * TRIANGLE_STRIDE
-                            across = load3(triangles, pane + 15)
-                            facing = across.dot(direction)
-                            glass = ti.cast(triangles[pane + 18], ti.i32) * MATERIAL_STRIDE
-                            mirrors = pane_reflectance(materials[glass + 16], ti.abs(facing))
-                            chance = hash_u32(scramble ^ hash_u32(r * MAX_LAYERS + layers))
-                            if ti.cast(chance, ti.f32) * ONE_OVER_2_32 < mirrors:
-                                position += direction * (start - 2.0 * STEP_M)
-                                direction = direction - across * (2.0 * facing)
-                                solid = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-                                start = 0.0
-                                root = 0
-                                is_mirrored = True
-                            else:
-                                passed.share *= layer.share / (1.0 - mirrors)
-                                passed.panes += 1
-                    else:
-                        root = -1
-                if solid.triangle >= 0:
-                    at = solid.triangle * TRIANGLE_STRIDE
-                    met = load3(triangles, at + 15)
-                    two_sided = materials[ti.cast(triangles[at + 18], ti.i32) * MATERIAL_STRIDE + 14] > 0.5
-                    if met.dot(direction) > 0.0 and not two_sided:
-                        counted = 0.0
-                    else:
-                        met = ti.select(met.dot(direction) > 0.0, negated(met), met)
-                        link = cell_met(grid, cells, layout, position + direction * solid.t, met, solid.t)
-                # Sky that is seen through a pane counts as direct light.
-                elif portals == 0 or passed.panes == 0 or is_mirrored:
-                    sum_sky += passed.share * sky_radiance(env, direction)
-                    escaped += 1.0
-                if sheer_root >= 0:
-                    tints[cell * rays + r] = pack(passed.share)
-            else:
-                counted = 0.0
-            valid += counted
-            links[cell * rays + r] = ti.select(counted > 0.0, link, LINK_NONE)
+            position = sample_point(triangles, vertices, samples, begin + k) + face * OFFSET_M
+            own_rays = (rays - k + size - 1) // size
+            own_sky = vec3(0.0)
+            own_escaped = 0.0
+            own_valid = 0.0
+            unhindered = 0.0
+            for j in range(own_rays):
+                r = k + j * size
+                direction = cosine_direction(normal, sobol_2d(r, scramble))
+                link = LINK_NONE
+                if face.dot(direction) > 0.0:
+                    end, surface = follow(
+                        nodes,
+                        leaves,
+                        sheer_root,
+                        triangles,
+                        materials,
+                        texels,
+                        images,
+                        env,
+                        position,
+                        direction,
+                        0.0,
+                        hash_u32(scramble ^ hash_u32(r)),
+                    )
+                    own_valid += 1.0 - ti.cast(end.is_inside, ti.f32)
+                    unhindered += ti.select(0.0 <= end.first_m < GAP_M, 0.0, 1.0)
+                    if end.hit.triangle >= 0 and end.is_inside == 0:
+                        point = end.origin + end.direction * end.hit.t
+                        link = cell_met(grid, cells, layout, point, surface.face, end.hit.t)
+                        if end.mirrors > 0:
+                            own_sky += end.share * surface.emission
+                        if link >= 0:
+                            sunlight = load3(direct, link * 3) / end.likely
+                            own_sky += end.share * sunlight * mirrored_sun(env, end.direction, surface)
+                    # Sky that is seen through a pane counts as direct light.
+                    elif end.hit.triangle < 0 and (portals == 0 or end.panes == 0 or end.mirrors > 0):
+                        own_sky += end.share * sky_radiance(env, end.direction)
+                        own_escaped += ti.select(end.mirrors == 0, 1.0, 0.0)
+                    tints[cell * rays + r] = pack(end.share * end.matt)
+                links[cell * rays + r] = link
+            weight = ti.max(unhindered / ti.cast(own_rays, ti.f32), HIDDEN_WEIGHT)
+            exposed[begin + k] = weight
+            sum_sky += weight * own_sky
+            escaped += weight * own_escaped
+            valid += weight * own_valid
+            counted += own_valid
         for c in ti.static(range(3)):
-            sky[cell * 4 + c] = sum_sky[c]
-        sky[cell * 4 + 3] = valid
-        cells[cell * CELL_STRIDE + 21] = escaped / ti.max(valid, 1.0)
+            sky[cell * SKY_STRIDE + c] = sum_sky[c]
+        sky[cell * SKY_STRIDE + 3] = valid
+        sky[cell * SKY_STRIDE + 4] = counted / ti.cast(rays, ti.f32)
+        cells[cell * CELL_STRIDE + 21] = escaped / ti.max(valid, HIDDEN_WEIGHT)
 
 
 @ti.kernel
 def bounce_cells(
+    first: ints,
     links: ints,
     tints: ints,
+    exposed: floats,
     sky: floats,
     direct: floats,
+    matt: floats,
     cells: floats,
     before: floats,
     after: floats,
     count: ti.i32,
     rays: ti.i32,
-    has_panes: ti.i32,
 ):
     """One more bounce: irradiance `after` from irradiance `before` (3 per cell each)."""
     for cell in range(count):
         total = vec3(0.0)
+        begin = first[cell]
+        size = first[cell + 1] - begin
         for r in range(rays):
             other = links[cell * rays + r]
             if other >= 0:
-                radiance = load3(before, other * 3) * load3(cells, other * CELL_STRIDE + 18) * INV_PI
-                if has_panes == 1:
-                    radiance *= unpack(tints[cell * rays + r])
-                total += radiance
-        escaped = load3(sky, cell * 4)
-        valid = sky[cell * 4 + 3]
-        inv = ti.select(valid > 0.0, 1.0 / ti.max(valid, 1.0), 0.0)
+                radiance = load3(before, other * 3) * load3(matt, other * 3) * INV_PI
+                total += radiance * unpack(tints[cell * rays + r]) * exposed[begin + r % size]
+        escaped = load3(sky, cell * SKY_STRIDE)
+        valid = sky[cell * SKY_STRIDE + 3]
+        inv = ti.select(valid > 0.0, 1.0 / ti.max(valid, HIDDEN_WEIGHT), 0.0)
         for c in ti.static(range(3)):
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
             after[cell * 3 + c] = straight + (total[c] + escaped[c]) * inv / INV_PI
@@ -353,13 +353,11 @@ def smooth_cells(
 
 
 @ti.kernel
-def split_cells(
-    cells: floats, direct: floats, irradiance: floats, sky: floats, target: floats, count: ti.i32, rays: ti.i32
-):
+def split_cells(cells: floats, direct: floats, irradiance: floats, sky: floats, target: floats, count: ti.i32):
     """The part of a cell's irradiance that came by way of other surfaces."""
     for cell in range(count):
         # Not in `link_cells`, whose rays look this value up in other cells at the same time.
-        cells[cell * CELL_STRIDE + 23] *= sky[cell * 4 + 3] / ti.cast(rays, ti.f32)
+        cells[cell * CELL_STRIDE + 23] *= sky[cell * SKY_STRIDE + 4]
         for c in ti.static(range(3)):
             straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
             target[cell * 3 + c] = irradiance[cell * 3 + c] - straight

@@ -20,7 +20,7 @@ from benchbot_sim_taichi.kernels.reflectance import (
     pane_reflectance,
     scatter,
 )
-from benchbot_sim_taichi.kernels.sampling import ONE_OVER_2_32, bounded, cosine_direction, hash_u32, power_share
+from benchbot_sim_taichi.kernels.sampling import bounded, cosine_direction, draw, hash_u32, power_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK, trace_gpu
@@ -30,13 +30,6 @@ MAX_PANES = 32
 ROULETTE_DEPTH = 3
 BOTH, LIGHTS_ONLY, LOBES_ONLY = 0, 1, 2
 SUN, WINDOW, LAMP, GO_ON = 0, 1, 2, 3
-
-
-@ti.func
-def draw(state):
-    """Next number in 0 … 1 and the state after it (a counter, hashed)."""
-    following = state + ti.u32(0x9E3779B9)
-    return ti.cast(hash_u32(following), ti.f32) * ONE_OVER_2_32, following
 
 
 @ti.func

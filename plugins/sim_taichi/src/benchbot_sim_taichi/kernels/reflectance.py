@@ -108,6 +108,19 @@ def mirror_direction(normal, view, roughness, xi):
 
 
 @ti.func
+def mirror_share(normal, view, toward, specular, roughness):
+    """Share of light from `toward`, a `mirror_direction`, that goes to `view`; its mean is `environment_brdf`."""
+    result = vec3(0.0)
+    if normal.dot(toward) > 0.0:
+        alpha = roughness * roughness
+        from_view = 1.0 + smith(alpha, ti.max(normal.dot(view), LEAST_COSINE))
+        hidden = smith(alpha, ti.max(normal.dot(toward), LEAST_COSINE))
+        half = (view + toward).normalized(1e-12)
+        result = schlick(specular, half.dot(view)) * (from_view / (from_view + hidden))
+    return result
+
+
+@ti.func
 def pane_reflectance(f0, cosine):
     """Share that a thin pane mirrors, both faces together, of one face's reflectance `f0` head-on."""
     single = f0 + (1.0 - f0) * (1.0 - ti.math.clamp(cosine, 0.0, 1.0)) ** 5

@@ -21,6 +21,13 @@ def hash_u32(x):
 
 
 @ti.func
+def draw(state):
+    """Next number in 0 … 1 and the state after it (a counter, hashed)."""
+    following = state + ti.u32(0x9E3779B9)
+    return ti.cast(hash_u32(following), ti.f32) * ONE_OVER_2_32, following
+
+
+@ti.func
 def interleave_index(x, y):
     """Rank 0 … 63 of a pixel in its 8x8 tile; the 16 of any 4x4 window differ in their low four bits."""
     index = 0
