@@ -40,6 +40,22 @@ class Counter:
             values[i] = self.next(values[i])
 
 
+@ti.kernel
+def scale(values: floats, factor: ti.f32, first: ti.i32, seed: ti.u32, is_squared: ti.template()):
+    for i in range(first, values.shape[0]):
+        if ti.static(is_squared):
+            values[i] *= values[i]
+        values[i] = values[i] * factor + ti.cast(seed, ti.f32)
+
+
+@ti.kernel
+def sum_of(values: floats) -> ti.f32:
+    total = 0.0
+    for i in range(values.shape[0]):
+        total += values[i]
+    return total
+
+
 @pytest.mark.xdist_group("renderer")
 def test_an_error_in_a_kernel_says_where_it_is(kernel_cache: Path) -> None:
     _ti.start("cpu", kernel_cache)
@@ -58,3 +74,44 @@ def test_kernels_of_classes_know_their_object(kernel_cache: Path) -> None:
     Counter(2).count(values)
     Counter(5).count(values)
     assert values.tolist() == [7.0, 7.0, 7.0]
+
+
+@pytest.mark.xdist_group("renderer")
+def test_a_kernel_that_has_run_takes_what_it_is_given_now(kernel_cache: Path) -> None:
+    _ti.start("cpu", kernel_cache)
+    for size, factor, first, seed, is_squared in [
+        (3, 2.0, 0, 0, False),
+        (4, 0.5, 1, 7, False),
+        (2, -1, -0, 2**31, True),
+    ] * 2:
+        values = np.arange(1, size + 1, dtype=np.float32)
+        expected = values.copy()
+        expected[first:] = expected[first:] ** (2 if is_squared else 1) * factor + seed
+
+        scale(values, factor, np.int64(first), seed, is_squared)
+
+        np.testing.assert_array_equal(values, expected)
+        assert sum_of(values) == pytest.approx(expected.sum())
+
+
+@pytest.mark.xdist_group("renderer")
+@pytest.mark.parametrize(
+    "values",
+    [np.zeros(4, np.float64), np.zeros((2, 2), np.float32), np.zeros(8, np.float32)[::2]],
+    ids=["64 bits", "two axes", "gaps"],
+)
+def test_a_kernel_that_has_run_refuses_arrays_that_it_cannot_take(kernel_cache: Path, values: np.ndarray) -> None:
+    _ti.start("cpu", kernel_cache)
+    scale(np.zeros(4, np.float32), 1.0, 0, 0, False)
+
+    with pytest.raises(ValueError, match=r"required array has|Non contiguous"):
+        scale(values, 1.0, 0, 0, False)
+
+
+@pytest.mark.xdist_group("renderer")
+def test_a_kernel_that_has_run_refuses_half_a_number_of_pieces(kernel_cache: Path) -> None:
+    _ti.start("cpu", kernel_cache)
+    scale(np.zeros(4, np.float32), 1.0, 0, 0, False)
+
+    with pytest.raises(ti.TaichiRuntimeTypeError):
+        scale(np.zeros(4, np.float32), 1.0, 0.5, 0, False)

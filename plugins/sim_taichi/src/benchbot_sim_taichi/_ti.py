@@ -24,6 +24,7 @@ RUNTIME = "quadrants" if (sys.platform, platform.machine()) == ("linux", "aarch6
 """What is installed with this distribution: Taichi has no wheels for Linux on Arm, and its fork has."""
 ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", RUNTIME))
 _front_end.hasten(ti)
+_front_end.shorten_launches(ti)
 
 DEVICES = ("cpu", "cuda")
 # Taichi's own passes take five sixths of the time of compiling, and LLVM does that work again: on a processor, pictures
