@@ -61,13 +61,12 @@ def shorten_launches(taichi: Any) -> None:
     """Launch kernels without finding out again, argument by argument, what Taichi knows from their launch before.
 
     That is 0.28 ms of Python for each of the 19 launches of a picture, in which all threads wait; so it is 0.10 (Taichi
-    1.7.4, one core of an EPYC). Kernels that return something, and arguments of other kinds than numbers and contiguous
-    arrays, go the long way.
+    1.7.4, one core of an EPYC). Kernels that return something, and arguments of other kinds than numbers and numpy's
+    contiguous arrays, go the long way.
     """
     if taichi.__name__ != "taichi" or taichi.__version__[:2] != KNOWN_VERSION:
         return
     kernels: Any = importlib.import_module("taichi.lang.kernel_impl")
-    device_array: Any = importlib.import_module("taichi.lang._ndarray").Ndarray
     primitives = kernels.primitive_types
     go_the_long_way = kernels.Kernel.__call__
 
@@ -93,14 +92,9 @@ def shorten_launches(taichi: Any) -> None:
         key: list[Any] = []
         for kind, value in zip(kinds, args, strict=True):
             if kind == "array":
-                if isinstance(value, np.ndarray):
-                    if not value.flags.c_contiguous:
-                        return go_the_long_way(self, *args)
-                    key += (value.dtype, value.ndim)
-                elif isinstance(value, device_array) and value.grad is None:
-                    key += (value.element_type, len(value.shape), device_array)
-                else:
+                if not isinstance(value, np.ndarray) or not value.flags.c_contiguous:
                     return go_the_long_way(self, *args)
+                key += (value.dtype, value.ndim)
             elif kind == "template":
                 if not isinstance(value, PLAIN):
                     return go_the_long_way(self, *args)
@@ -119,11 +113,8 @@ def shorten_launches(taichi: Any) -> None:
         slot = 0
         for kind, value in zip(kinds, args, strict=True):
             if kind == "array":
-                if isinstance(value, np.ndarray):
-                    address = value.__array_interface__["data"][0]
-                    context.set_arg_external_array_with_shape((slot,), address, value.nbytes, value.shape, 0)
-                else:
-                    context.set_arg_ndarray((slot,), value.arr)
+                address = value.__array_interface__["data"][0]
+                context.set_arg_external_array_with_shape((slot,), address, value.nbytes, value.shape, 0)
             elif kind == "int":
                 context.set_arg_int((slot,), int(value))
             elif kind == "real":

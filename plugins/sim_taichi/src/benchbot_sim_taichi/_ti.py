@@ -24,7 +24,6 @@ RUNTIME = "quadrants" if (sys.platform, platform.machine()) == ("linux", "aarch6
 """What is installed with this distribution: Taichi has no wheels for Linux on Arm, and its fork has."""
 ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", RUNTIME))
 _front_end.hasten(ti)
-_front_end.shorten_launches(ti)
 
 DEVICES = ("cpu", "cuda")
 # Taichi's own passes take five sixths of the time of compiling, and LLVM does that work again: on a processor, pictures
@@ -77,6 +76,8 @@ def start(device: str, cache_dir: Path) -> None:
             enable_fallback=False,
             **threads,
         )
+    if device == "cpu":
+        _front_end.shorten_launches(ti)
     # The threads themselves are started by then; from here on, it is the number of pieces.
     ti.lang.impl.current_cfg().cpu_max_num_threads = PIECES
     _started = device
