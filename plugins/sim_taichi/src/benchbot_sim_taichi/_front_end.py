@@ -22,9 +22,13 @@ PLAIN = (bool, int, float, str)
 INTEGERS = (int, np.integer)
 
 
+def _is_known(taichi: Any) -> bool:
+    return bool(taichi.__name__ == "taichi" and taichi.__version__[:2] == KNOWN_VERSION)
+
+
 def hasten(taichi: Any) -> None:
     """Replace what is slow in Taichi 1.7; other versions, and forks of it, are left as they are."""
-    if taichi.__name__ != "taichi" or taichi.__version__[:2] != KNOWN_VERSION:
+    if not _is_known(taichi):
         return
     kernels: Any = importlib.import_module("taichi.lang.kernel_impl")
     kernels.getsourcelines = functools.cache(kernels.getsourcelines)
@@ -41,7 +45,7 @@ def compile_before_launch(taichi: Any, compiled: Callable[[], None]) -> None:
 
     Taichi compiles a kernel as part of its first launch. Versions other than 1.7, and forks, go on doing so.
     """
-    if taichi.__name__ != "taichi" or taichi.__version__[:2] != KNOWN_VERSION:
+    if not _is_known(taichi):
         return
     kernel: Any = importlib.import_module("taichi.lang.kernel_impl").Kernel
     materialize = kernel.materialize
@@ -64,7 +68,7 @@ def shorten_launches(taichi: Any) -> None:
     1.7.4, one core of an EPYC). Kernels that return something, and arguments of other kinds than numbers and numpy's
     contiguous arrays, go the long way.
     """
-    if taichi.__name__ != "taichi" or taichi.__version__[:2] != KNOWN_VERSION:
+    if not _is_known(taichi):
         return
     kernels: Any = importlib.import_module("taichi.lang.kernel_impl")
     primitives = kernels.primitive_types

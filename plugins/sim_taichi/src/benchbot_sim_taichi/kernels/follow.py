@@ -3,6 +3,7 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lanes import negated
+from benchbot_sim_taichi.kernels.lightmap import OFFSET_M
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sheerness
 from benchbot_sim_taichi.kernels.reflectance import mirror_direction, mirror_share, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import draw
@@ -11,10 +12,9 @@ from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, trace, vec3
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
-OFFSET_M = 5e-4
 MOST_MIRRORS = 4
 LEAST_FOOTPRINT_M = 0.03
-FOOTPRINT_PER_M = 0.03
+FOOTPRINT_PER_M = 0.03  # wider than a picture's: a ray stands for many, but coarse levels of an image mix its parts
 LEAST_ROUGHNESS = 0.4
 """Of what mirrors the sun: too few rays would meet a sharper spot."""
 
