@@ -12,7 +12,7 @@ well spread rays (interleaved sampling: Keller and Heidrich, 2001).
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
-from benchbot_sim_taichi.kernels.cells import sample_point
+from benchbot_sim_taichi.kernels.cells import sample_normals, sample_point
 from benchbot_sim_taichi.kernels.follow import follow, is_inside, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
@@ -31,7 +31,6 @@ from benchbot_sim_taichi.kernels.shading import mirrored_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
-from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 RAW_STRIDE = 12
 PI = 3.14159265
@@ -66,15 +65,7 @@ class Node:
 @ti.func
 def node_at(triangles: ti.template(), vertices: ti.template(), samples: ti.template(), charted: ti.template(), node):
     """Return where a node is, and how many times the rays of others it takes."""
-    base = node * SAMPLE_STRIDE
-    u, v, side = samples[base + 1], samples[base + 2], samples[base + 3]
-    record = ti.cast(samples[base], ti.i32) * TRIANGLE_STRIDE
-    face = load3(triangles, record + 15) * side
-    normal = load3(triangles, record) * (1.0 - u - v)
-    normal += load3(triangles, record + 3) * u + load3(triangles, record + 6) * v
-    normal = (normal * side).normalized(1e-9)
-    if normal.dot(face) < 0.1:
-        normal = face
+    normal, face = sample_normals(triangles, samples, node)
     is_charted = charted[node * NODE_STRIDE] >= 0
     rank = ti.cast(hash_u32(node) & 63, ti.i32)
     scramble = 0

@@ -42,6 +42,21 @@ def sample_point(triangles: ti.template(), vertices: ti.template(), samples: ti.
     return load3(vertices, corner) * (1.0 - u - v) + load3(vertices, corner + 3) * u + load3(vertices, corner + 6) * v
 
 
+@ti.func
+def sample_normals(triangles: ti.template(), samples: ti.template(), sample):
+    """Normals of a surface sample's side: smooth, or the face's where that is turned too far, and the face's."""
+    base = sample * SAMPLE_STRIDE
+    u, v, side = samples[base + 1], samples[base + 2], samples[base + 3]
+    record = ti.cast(samples[base], ti.i32) * TRIANGLE_STRIDE
+    face = load3(triangles, record + 15) * side
+    normal = load3(triangles, record) * (1.0 - u - v)
+    normal += load3(triangles, record + 3) * u + load3(triangles, record + 6) * v
+    normal = (normal * side).normalized(1e-9)
+    if normal.dot(face) < 0.1:
+        normal = face
+    return normal, face
+
+
 @ti.kernel
 def light_cells(
     nodes: floats,
@@ -204,17 +219,7 @@ def link_cells(
         valid = 0.0
         counted = 0.0
         for k in range(ti.min(size, rays)):
-            base = (begin + k) * SAMPLE_STRIDE
-            triangle = ti.cast(samples[base], ti.i32)
-            u, v = samples[base + 1], samples[base + 2]
-            row = triangle * TRIANGLE_STRIDE
-            face = load3(triangles, row + 15) * samples[base + 3]
-            normal = (
-                load3(triangles, row) * (1.0 - u - v) + load3(triangles, row + 3) * u + load3(triangles, row + 6) * v
-            )
-            normal = (normal * samples[base + 3]).normalized(1e-9)
-            if normal.dot(face) < 0.1:
-                normal = face
+            normal, face = sample_normals(triangles, samples, begin + k)
             position = sample_point(triangles, vertices, samples, begin + k) + face * OFFSET_M
             own_rays = (rays - k + size - 1) // size
             own_sky = vec3(0.0)
