@@ -95,6 +95,21 @@ def test_a_kernel_that_has_run_takes_what_it_is_given_now(kernel_cache: Path) ->
 
 
 @pytest.mark.xdist_group("renderer")
+def test_a_kernel_that_has_run_writes_to_arrays_of_the_device(kernel_cache: Path) -> None:
+    _ti.start("cpu", kernel_cache)
+    for start in (1.0, 5.0, 9.0):
+        of_device = ti.ndarray(ti.f32, 3)
+        of_device.from_numpy(np.arange(start, start + 3, dtype=np.float32))
+        on_host = np.arange(start, start + 3, dtype=np.float32)
+
+        scale(of_device, 2.0, 0, 1, False)
+        scale(on_host, 2.0, 0, 1, False)
+
+        np.testing.assert_array_equal(of_device.to_numpy(), on_host)
+        np.testing.assert_array_equal(on_host, 2 * np.arange(start, start + 3) + 1)
+
+
+@pytest.mark.xdist_group("renderer")
 @pytest.mark.parametrize(
     "values",
     [np.zeros(4, np.float64), np.zeros((2, 2), np.float32), np.zeros(8, np.float32)[::2]],

@@ -65,13 +65,14 @@ def shorten_launches(taichi: Any) -> None:
     """Launch kernels without finding out again, argument by argument, what Taichi knows from their launch before.
 
     That is 0.28 ms of Python for each of the 19 launches of a picture, in which all threads wait; so it is 0.10 (Taichi
-    1.7.4, one core of an EPYC). Kernels that return something, and arguments of other kinds than numbers and numpy's
-    contiguous arrays, go the long way.
+    1.7.4, one core of an EPYC). Kernels that return something, and arguments of other kinds than numbers, Taichi's own
+    arrays and numpy's contiguous ones, go the long way.
     """
     if not _is_known(taichi):
         return
     kernels: Any = importlib.import_module("taichi.lang.kernel_impl")
     primitives = kernels.primitive_types
+    array_of_device = importlib.import_module("taichi.lang._ndarray").ScalarNdarray
     go_the_long_way = kernels.Kernel.__call__
 
     def kind_of(annotation: Any) -> str:
@@ -96,9 +97,11 @@ def shorten_launches(taichi: Any) -> None:
         key: list[Any] = []
         for kind, value in zip(kinds, args, strict=True):
             if kind == "array":
-                if not isinstance(value, np.ndarray) or not value.flags.c_contiguous:
+                if not isinstance(value, array_of_device) and not (
+                    isinstance(value, np.ndarray) and value.flags.c_contiguous
+                ):
                     return go_the_long_way(self, *args)
-                key += (value.dtype, value.ndim)
+                key += (value.dtype, len(value.shape))
             elif kind == "template":
                 if not isinstance(value, PLAIN):
                     return go_the_long_way(self, *args)
@@ -116,7 +119,9 @@ def shorten_launches(taichi: Any) -> None:
         context = known[1].make_launch_context()
         slot = 0
         for kind, value in zip(kinds, args, strict=True):
-            if kind == "array":
+            if kind == "array" and isinstance(value, array_of_device):
+                context.set_arg_ndarray((slot,), value.arr)
+            elif kind == "array":
                 address = value.__array_interface__["data"][0]
                 context.set_arg_external_array_with_shape((slot,), address, value.nbytes, value.shape, 0)
             elif kind == "int":
@@ -134,7 +139,7 @@ def shorten_launches(taichi: Any) -> None:
 
 def _parse(source: str) -> ast.Module:
     """Return the syntax tree of a function: one for all of its calls. Taichi changes that of a kernel."""
-    return ast.parse(source) if ".kernel" in source.partition("def ")[0] else _tree(source)
+    return ast.parse(source) if "kernel" in source.partition("def ")[0] else _tree(source)
 
 
 _tree = functools.cache(ast.parse)

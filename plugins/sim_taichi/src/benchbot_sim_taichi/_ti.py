@@ -76,8 +76,7 @@ def start(device: str, cache_dir: Path) -> None:
             enable_fallback=False,
             **threads,
         )
-    if device == "cpu":
-        _front_end.shorten_launches(ti)
+    _front_end.shorten_launches(ti)
     # The threads themselves are started by then; from here on, it is the number of pieces.
     ti.lang.impl.current_cfg().cpu_max_num_threads = PIECES
     _started = device
