@@ -84,7 +84,7 @@ class DeviceFrames:
         Raises BenchbotError when kernels could not address it, or when `out` has another shape.
         """
         if out is not None:
-            if (out.count, out.width, out.height, out.has_rgb) != (count, width, height, has_rgb):
+            if not out.is_of(count, width, height, has_rgb):
                 raise BenchbotError(
                     "The pictures do not fit into the frames given as `out`",
                     f"There are {_shape(count, width, height, has_rgb)} to take,"
@@ -100,6 +100,10 @@ class DeviceFrames:
                 f"Take at most {MOST_WORDS * count // size} pictures at a time.",
             )
         return cls(_ti.empty_words(max(size, 1)), count, width, height, has_rgb)
+
+    def is_of(self, count: int, width: int, height: int, has_rgb: bool) -> bool:
+        """Return whether these are so many pictures of that size, with colours or without."""
+        return (self.count, self.width, self.height, self.has_rgb) == (count, width, height, has_rgb)
 
     @staticmethod
     def words_of(count: int, width: int, height: int, *, has_rgb: bool) -> int:

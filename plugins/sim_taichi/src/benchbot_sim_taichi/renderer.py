@@ -68,6 +68,7 @@ class Renderer:
         self._arranged: arrangement.Arrangement | None = None
         self._changed: set[int] = set()  # objects that stand elsewhere, or are new: no splats show them
         self._is_lit_up = False
+        self._kept: DeviceFrames | None = None  # of the last single picture on a GPU, where memory takes long to get
 
     @cached_property
     def irradiance(self) -> irradiance.Irradiance:
@@ -187,7 +188,12 @@ class Renderer:
         `intrinsics` are all cameras' or one for each, all of one width and height. Raises BenchbotError when shapes
         and sizes do not agree.
         """
-        return self.render_on_device(camera_poses, intrinsics, rgb=rgb).to_host()
+        poses = np.asarray(camera_poses, np.float64)
+        kept = self._kept if self._kept and self._kept.is_of(len(poses), *common_size(poses, intrinsics), rgb) else None
+        frames = self.render_on_device(poses, intrinsics, rgb=rgb, out=kept)
+        if _ti.is_on_gpu() and len(poses) == 1:
+            self._kept = frames
+        return frames.to_host()
 
     def render_on_device(
         self,
@@ -312,7 +318,8 @@ class Renderer:
         width, height = frames.width, frames.height
         size = (len(records), width, height)
         pixels = math.prod(size)
-        cameras = _ti.upload(records.ravel())
+        cameras = self._buffer("cameras", records.size)
+        _ti.write(cameras, records.ravel())
         device, on_gpu = self.device, _ti.is_on_gpu()
         hits = self._first_hits(cameras, size)
         guide = self._buffer("guide", pixels * paint.GUIDE_STRIDE)
