@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
-from benchbot_sim_taichi import _ti
+from benchbot_sim_taichi import _ti, parting
 from benchbot_sim_taichi.bvh import usable
 from benchbot_sim_taichi.lights import is_sheet
 
@@ -133,7 +133,8 @@ def _surfaces(scene: SceneGeometry, large: Ints, corner: Floats, face: Floats) -
     if not len(large):
         return large
     offset = np.einsum("tx,tx->t", face[large], corner[large, 0])
-    key = np.column_stack([scene.triangle_instance[large], np.rint(face[large] * 200), np.rint(offset * 500)])
+    part = np.column_stack([scene.triangle_instance, parting.sides(scene)])[large]
+    key = np.column_stack([part, np.rint(face[large] * 200), np.rint(offset * 500)])
     plane = np.unique(_packed(key), return_inverse=True)[1]
     points = np.rint(corner[large].reshape(-1, 3) * 2000)
     joint = np.unique(_packed(np.column_stack([np.repeat(plane, 3), points])), return_inverse=True)[1]

@@ -23,6 +23,7 @@ from benchbot_sim_taichi import (
     light_grid,
     light_process,
     lightmap,
+    parting,
     path_trace,
 )
 from benchbot_sim_taichi.frames import DeviceFrames, Frame, FrameBatch
@@ -63,7 +64,8 @@ class Renderer:
         self._scratch = _ti.Scratch()
         self._seed = seed & 0x7FFFFFFF
         self._quality = quality
-        self._scene, self._lighting, self._cache_dir = lamps.switched(scene, lighting.lamps), lighting, cache_dir
+        self._scene, self._lighting = parting.parted(lamps.switched(scene, lighting.lamps)), lighting
+        self._cache_dir = cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
         self._changed: set[int] = set()  # objects that stand elsewhere, or are new: no splats show them

@@ -13,7 +13,7 @@ from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
 from benchbot_sim_taichi.kernels.cells import sample_normals, sample_point
-from benchbot_sim_taichi.kernels.follow import follow, is_inside, mirrored_sun
+from benchbot_sim_taichi.kernels.follow import NEAR_PANE_M, follow, is_inside, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
@@ -23,6 +23,7 @@ from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored
 from benchbot_sim_taichi.kernels.sampling import (
     cone_direction,
     cosine_direction,
+    evenly_spread,
     hash_u32,
     interleave_index,
     sobol_2d,
@@ -156,6 +157,8 @@ def light_directly(
                     value = light.value / ti.cast(every, ti.f32)
                     radiance = light.radiance
                     reach = ti.select(kind == 0, FAR, light.distance)
+                    if kind == 0 and light.distance < NEAR_PANE_M:
+                        value = vec3(0.0)
             cosine = here.normal.dot(toward)
             if cosine > 0.0 and here.face.dot(toward) > 0.0 and value.max() > 0.0:
                 passed = sent(
@@ -282,10 +285,12 @@ def gather(
                     toward,
                     NEAR_M,
                     hash_u32(node ^ hash_u32(k + seed)),
+                    evenly_spread(k, node),
                 )
                 radiance = vec3(0.0)
                 # Few rays are mirrored: what they meet is noise unless averaged as light from afar.
                 is_far = end.mirrors > 0 or end.hit.t > NEAR_M
+                is_near_pane = end.mirrors == 0 and end.pane_m < NEAR_PANE_M
                 if 0.0 <= end.first_m < GAP_M:
                     blocked += 1.0
                 if end.is_inside == 1:
@@ -307,7 +312,8 @@ def gather(
                         total += load3(cells, cell * CELL_STRIDE + 9)
                     radiance += (surface.diffuse * end.matt + end.evenly) * total * INV_PI
                     radiance *= end.share
-                elif portals == 0 or end.panes == 0 or end.mirrors > 0:  # sky seen through a pane is direct light
+                elif portals == 0 or end.panes == 0 or end.mirrors > 0 or is_near_pane:
+                    is_far = not is_near_pane
                     radiance = end.share * sky_radiance(env, end.direction)
                 if is_far:
                     open_share += 1.0

@@ -9,13 +9,13 @@ apart), the next cell in the same place, -1 if there is none, and the kind of it
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, cell_weight
-from benchbot_sim_taichi.kernels.follow import follow, mirrored_sun
+from benchbot_sim_taichi.kernels.follow import NEAR_PANE_M, follow, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
 from benchbot_sim_taichi.kernels.panes import pack, sent, unpack
 from benchbot_sim_taichi.kernels.reflectance import mean_mirrored
-from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, hash_u32, sobol_2d
+from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, evenly_spread, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
@@ -154,6 +154,8 @@ def light_cells(
                         direction = light.direction
                         value = light.value
                         reach = ti.select(kind == 1, FAR, light.distance)
+                        if kind == 1 and light.distance < NEAR_PANE_M:
+                            value = vec3(0.0)
                 cosine = surface.normal.dot(direction)
                 if wanted and cosine > 0.0 and face.dot(direction) > 0.0 and value.max() > 0.0:
                     passed = sent(
@@ -244,6 +246,7 @@ def link_cells(
                         direction,
                         0.0,
                         hash_u32(scramble ^ hash_u32(r)),
+                        evenly_spread(r, scramble),
                     )
                     own_valid += 1.0 - ti.cast(end.is_inside, ti.f32)
                     unhindered += ti.select(0.0 <= end.first_m < GAP_M, 0.0, 1.0)
@@ -255,10 +258,12 @@ def link_cells(
                         if link >= 0:
                             sunlight = load3(direct, link * 3) / end.likely
                             own_sky += end.share * sunlight * mirrored_sun(env, end.direction, surface)
-                    # Sky that is seen through a pane counts as direct light.
-                    elif end.hit.triangle < 0 and (portals == 0 or end.panes == 0 or end.mirrors > 0):
-                        own_sky += end.share * sky_radiance(env, end.direction)
-                        own_escaped += ti.select(end.mirrors == 0, 1.0, 0.0)
+                    elif end.hit.triangle < 0:
+                        # Sky that is seen through a pane counts as direct light.
+                        is_direct = portals > 0 and end.panes > 0 and end.mirrors == 0
+                        if not is_direct or end.pane_m < NEAR_PANE_M:
+                            own_sky += end.share * sky_radiance(env, end.direction)
+                        own_escaped += ti.select(is_direct or end.mirrors > 0, 0.0, 1.0)
                     tints[cell * rays + r] = pack(end.share * end.matt)
                 links[cell * rays + r] = link
             weight = ti.max(unhindered / ti.cast(own_rays, ti.f32), HIDDEN_WEIGHT)

@@ -13,8 +13,13 @@ from benchbot_sim_taichi.kernels.traversal import FAR, Hit, trace, vec3
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 
 MOST_MIRRORS = 4
+NEAR_PANE_M = 0.5
+"""Sky through panes nearer than that is gathered by rays all about. Points on a pane find sky with fewer rays where it
+is far, and make what is near it too bright by chance, or too dark."""
 LEAST_FOOTPRINT_M = 0.03
 FOOTPRINT_PER_M = 0.03  # wider than a picture's: a ray stands for many, but coarse levels of an image mix its parts
+MORE_MIRRORED = 5.0
+MOST_MORE = 0.2
 LEAST_ROUGHNESS = 0.4
 """Of what mirrors the sun: too few rays would meet a sharper spot."""
 
@@ -23,9 +28,10 @@ LEAST_ROUGHNESS = 0.4
 class Arrival:
     """Where a ray ends: the hit and the ray's last stretch, the share of light that comes from there.
 
-    `first_m` is the distance to the first opaque surface. Of the light on a surface `matt` is sent on by its matt lobe,
-    besides the colour of that, and `evenly` is mirrored light that counts as spread evenly. `likely` is how likely the
-    ray was to end there and not to be mirrored, which `matt` counts in. `is_inside`: the ray came from within a solid.
+    `first_m` is the distance to the first opaque surface, `pane_m` along the last stretch to its last pane. Of the
+    light on a surface `matt` is sent on by its matt lobe, besides the colour of that, and `evenly` is mirrored light
+    that counts as spread evenly. `likely` is how likely the ray was to end there and not to be mirrored, which `matt`
+    counts in. `is_inside`: the ray came from within a solid.
     """
 
     hit: Hit
@@ -36,6 +42,7 @@ class Arrival:
     evenly: vec3
     likely: ti.f32
     first_m: ti.f32
+    pane_m: ti.f32
     panes: ti.i32
     mirrors: ti.i32
     is_inside: ti.i32
@@ -63,11 +70,12 @@ def follow(
     direction,
     even_m,
     number,
+    toss,
 ):
     """Return where a ray ends, and the surface there if it meets one.
 
-    Panes and surfaces mirror it by chance (`number`), surfaces by their upper lobe; those that it meets before `even_m`
-    do not, and send what they would mirror evenly.
+    Panes and surfaces mirror it by chance (`number`), surfaces by their upper lobe, the first by `toss` (0 … 1); those
+    that it meets before `even_m` do not, and send what they would mirror evenly.
     """
     end = Arrival(
         hit=Hit(t=FAR, triangle=-1, u=0.0, v=0.0),
@@ -78,6 +86,7 @@ def follow(
         evenly=vec3(0.0),
         likely=1.0,
         first_m=-1.0,
+        pane_m=FAR,
         panes=0,
         mirrors=0,
         is_inside=0,
@@ -113,6 +122,7 @@ def follow(
                 else:
                     end.share *= layer.share / (1.0 - mirrored)
                     end.panes += 1
+                    end.pane_m = start - STEP_M
         else:
             root = -1
         if root < 0 and end.hit.triangle >= 0:
@@ -128,18 +138,20 @@ def follow(
                 end.matt = vec3(1.0) - mirrored
                 end.evenly = mirrored
             else:
-                first, state = draw(state)
-                second, state = draw(state)
-                view = negated(end.direction)
-                turned = mirror_direction(surface.normal, view, surface.roughness, ti.Vector([first, second]))
-                sent_on = mirror_share(surface.normal, view, turned, surface.specular, surface.roughness)
-                is_mirrored = chance < sent_on.max() and surface.face.dot(turned) > 0.0
-                if is_mirrored:
+                chance = ti.select(end.mirrors == 0, toss, chance)
+                # One of 25 rays that finds a window is a bright spot; one of five, with a fifth of its light, is none.
+                share = ti.min(ti.max(mirrored.max(), ti.min(MORE_MIRRORED * mirrored.max(), MOST_MORE)), 0.999)
+                end.likely = 1.0 - share
+                if chance < share:
+                    first, state = draw(state)
+                    second, state = draw(state)
+                    view = negated(end.direction)
+                    turned = mirror_direction(surface.normal, view, surface.roughness, ti.Vector([first, second]))
+                    sent_on = mirror_share(surface.normal, view, turned, surface.specular, surface.roughness)
+                    is_mirrored = surface.face.dot(turned) > 0.0
                     at = end.origin + end.direction * hit.t + surface.face * OFFSET_M
-                    end.share *= sent_on / sent_on.max()
+                    end.share *= ti.select(is_mirrored, sent_on / share, vec3(0.0))
                 else:
-                    # On average, over all directions, `sent_on` is `mirrored`.
-                    end.likely = ti.max(1.0 - mirrored.max(), 1e-3)
                     end.matt = (vec3(1.0) - mirrored) / end.likely
         if is_mirrored:
             end.mirrors += 1

@@ -8,6 +8,7 @@ from benchbot_sim_taichi.kernels.traversal import Hit, trace, vec3
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE
 from benchbot_sim_taichi.textures import IMAGE_STRIDE
 
+MOST_SHARE = 4.0  # of rays that stand for others
 MAX_LAYERS = 12
 STEP_M = 1e-4
 LEAST_PASSED = 1e-6
@@ -110,10 +111,10 @@ def sent(
 
 @ti.func
 def pack(share):
-    """Three shares of 0 … 1 in the bits of one number, ten bits each; to be copied, not reckoned with."""
-    red = ti.cast(ti.math.clamp(share.x, 0.0, 1.0) * 1023.0 + 0.5, ti.i32)
-    green = ti.cast(ti.math.clamp(share.y, 0.0, 1.0) * 1023.0 + 0.5, ti.i32)
-    blue = ti.cast(ti.math.clamp(share.z, 0.0, 1.0) * 1023.0 + 0.5, ti.i32)
+    """Three shares of 0 … `MOST_SHARE` in the bits of one number, ten bits each; to be copied, not reckoned with."""
+    red = ti.cast(ti.math.clamp(share.x / MOST_SHARE, 0.0, 1.0) * 1023.0 + 0.5, ti.i32)
+    green = ti.cast(ti.math.clamp(share.y / MOST_SHARE, 0.0, 1.0) * 1023.0 + 0.5, ti.i32)
+    blue = ti.cast(ti.math.clamp(share.z / MOST_SHARE, 0.0, 1.0) * 1023.0 + 0.5, ti.i32)
     return red | green << 10 | blue << 20
 
 
@@ -121,7 +122,7 @@ def pack(share):
 def unpack(bits):
     """The shares that `pack` packed."""
     return vec3(
-        ti.cast(bits & 1023, ti.f32) / 1023.0,
-        ti.cast(bits >> 10 & 1023, ti.f32) / 1023.0,
-        ti.cast(bits >> 20 & 1023, ti.f32) / 1023.0,
+        ti.cast(bits & 1023, ti.f32) * (MOST_SHARE / 1023.0),
+        ti.cast(bits >> 10 & 1023, ti.f32) * (MOST_SHARE / 1023.0),
+        ti.cast(bits >> 20 & 1023, ti.f32) * (MOST_SHARE / 1023.0),
     )

@@ -28,6 +28,13 @@ def draw(state):
 
 
 @ti.func
+def evenly_spread(index, number):
+    """Return term `index` of the golden ratio's sequence in 0 … 1, turned by a hash of `number`."""
+    term = ti.cast(index, ti.u32) * ti.u32(0x9E3779B9) + hash_u32(number)
+    return ti.cast(term >> 8, ti.f32) / 16777216.0
+
+
+@ti.func
 def interleave_index(x, y):
     """Rank 0 … 63 of a pixel in its 8x8 tile; the 16 of any 4x4 window differ in their low four bits."""
     index = 0

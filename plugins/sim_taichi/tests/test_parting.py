@@ -1,0 +1,96 @@
+"""What crosses a pane is cut at it: its outer half is lit by the day, its inner half by the room."""
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchbot_scenes.gltf import load_scene
+from benchbot_scenes.scene import SceneGeometry
+from benchbot_sim_taichi import parting
+from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
+from benchbot_sim_taichi.quality import PATH, REALTIME, Quality
+from benchbot_sim_taichi.renderer import Intrinsics, Renderer
+from plugins.sim_taichi.tests.cameras import looking
+from plugins.sim_taichi.tests.glb import Glb
+
+PANE = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], float)
+QUAD = np.array([[0, 1, 2], [0, 2, 3]])
+EVEN_SKY = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=Sky((1, 1, 1), (1, 1, 1), (1, 1, 1)))
+
+
+def beside_a_pane(corners: npt.NDArray[np.float64], folder: Path) -> SceneGeometry:
+    """Triangles (T, 3, 3) and a pane of 2 x 2 m in the plane y = 0."""
+    glb = Glb()
+    glb.add("pane", PANE, QUAD, glb.material(glass=True))
+    glb.add("surface", corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), glb.material())
+    return load_scene(glb.write(folder / "scene.glb"))
+
+
+def areas_m2(scene: SceneGeometry) -> npt.NDArray[np.float64]:
+    corner = scene.vertices[scene.triangles].astype(np.float64)
+    area: npt.NDArray[np.float64] = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
+    return area / 2
+
+
+hundredths = st.integers(-80, 80).map(lambda number: number / 100)
+triangles = st.lists(st.tuples(*[st.tuples(hundredths, hundredths, hundredths)] * 3), min_size=1, max_size=6)
+
+
+@given(triangles)
+def test_pieces_cover_what_was_cut_and_none_crosses(
+    tmp_path_factory: pytest.TempPathFactory, corners: list[tuple[tuple[float, float, float], ...]]
+) -> None:
+    scene = beside_a_pane(np.array(corners), tmp_path_factory.mktemp("scene"))
+
+    parted = parting.parted(scene)
+
+    for instance in scene.instances:
+        before, after = (areas_m2(s)[s.triangle_instance == instance.index].sum() for s in (scene, parted))
+        assert after == pytest.approx(before, abs=1e-5)
+    of_surface = parted.triangle_material != parted.triangle_material[0]
+    y = parted.vertices[parted.triangles[of_surface], 1]
+    assert ((y >= -parting.THICKNESS_M).all(axis=1) | (y <= parting.THICKNESS_M).all(axis=1)).all()
+    assert parting.parted(parted) is parted
+    assert (np.diff(parted.triangle_instance) >= 0).all()
+
+
+def test_what_is_beside_a_pane_stays_whole(tmp_path: Path) -> None:
+    beside = np.array([[[1.5, -1, 0], [1.5, 1, 0], [1.5, 0, 1]], [[0, 0.1, 0], [0.5, 0.1, 0], [0, 0.1, 0.5]]])
+    scene = beside_a_pane(beside, tmp_path)
+    assert parting.parted(scene) is scene
+
+
+@pytest.mark.xdist_group("renderer")
+def test_a_rail_is_lit_before_the_pane_by_the_day_and_behind_it_by_the_room(tmp_path: Path, kernel_cache: Path) -> None:
+    glb = Glb()
+    black = glb.material((0.01,) * 3)
+    for name, low, high in (
+        ("floor", (-1, -3, -1.1), (1, 0, -1)),
+        ("ceiling", (-1, -3, 1), (1, 0, 1.1)),
+        ("west", (-1.1, -3, -1.1), (-1, 0, 1.1)),
+        ("east", (1, -3, -1.1), (1.1, 0, 1.1)),
+        ("south", (-1.1, -3.1, -1.1), (1.1, -3, 1.1)),
+    ):
+        glb.box(name, low, high, black)
+    glb.add("pane", PANE, QUAD, glb.material((0.2,) * 3, glass=True, roughness=0.0))
+    glb.box("rail", (-0.03, -0.04, -1.0), (0.03, 0.04, 1.0), glb.material((0.8,) * 3))
+    scene = load_scene(glb.write(tmp_path / "room.glb"))
+
+    def seen(quality: Quality) -> npt.NDArray[np.float64]:
+        """Return the green of each column of pixels; the outer half of the rail is seen through the pane."""
+        renderer = Renderer(scene, EVEN_SKY, cache_dir=kernel_cache, quality=quality)
+        frame = renderer.render(looking((-0.7, -0.7, 0.0), 45.0), Intrinsics.from_horizontal_fov(192, 32, 12.0))
+        green: npt.NDArray[np.float64] = frame.rgb[:, :, 1].mean(axis=0)
+        return green
+
+    ours, paths = seen(REALTIME), seen(PATH)
+
+    sides = slice(55, 100)
+    assert np.ptp(paths[sides]) > 5
+    np.testing.assert_allclose(ours[sides], paths[sides], atol=4)
