@@ -97,9 +97,11 @@ def shorten_launches(taichi: Any) -> None:
         key: list[Any] = []
         for kind, value in zip(kinds, args, strict=True):
             if kind == "array":
-                if not isinstance(value, array_of_device) and not (
-                    isinstance(value, np.ndarray) and value.flags.c_contiguous
-                ):
+                if isinstance(value, array_of_device):
+                    is_plain = value.grad is None
+                else:
+                    is_plain = isinstance(value, np.ndarray) and value.flags.c_contiguous
+                if not is_plain:
                     return go_the_long_way(self, *args)
                 key += (value.dtype, len(value.shape))
             elif kind == "template":
