@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from benchbot_scenes.scene import SceneGeometry
+from benchbot_scenes.scene import FloatArray, SceneGeometry
 
 LEAST_PANE_M2 = 0.02
 BESIDE_M = 0.02
@@ -33,6 +33,8 @@ class _Plane:
 def parted(scene: SceneGeometry) -> SceneGeometry:
     """Return a scene in which no triangle of what is not glass crosses a pane; it covers the same surface."""
     planes = list(_planes(scene))
+    if not planes:
+        return scene
     low, high = _extents(scene)
     is_near = np.zeros(len(scene.triangles), bool)
     for plane in planes:
@@ -70,8 +72,7 @@ def sides(scene: SceneGeometry) -> Ints:
 
 def _planes(scene: SceneGeometry) -> Iterator[_Plane]:
     """Find the planes of panes, object by object: such as that of a window of several."""
-    is_glass = np.array([material.is_glass for material in scene.materials], bool)[scene.triangle_material]
-    glass = np.flatnonzero(is_glass)
+    glass = np.flatnonzero(_is_glass(scene))
     corner = scene.vertices[scene.triangles[glass]].astype(np.float64)
     oriented = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     area_m2 = np.sqrt(np.einsum("tx,tx->t", oriented, oriented))
@@ -88,15 +89,20 @@ def _planes(scene: SceneGeometry) -> Iterator[_Plane]:
         yield _Plane(normal[of_plane[0]], float(offset_m[of_plane].mean()), box)
 
 
-def _extents(scene: SceneGeometry) -> tuple[Floats, Floats]:
-    corner = scene.vertices[scene.triangles].astype(np.float64)
-    is_glass = np.array([material.is_glass for material in scene.materials], bool)[scene.triangle_material]
-    low, high = corner.min(axis=1), corner.max(axis=1)
-    low[is_glass] = np.inf
+def _extents(scene: SceneGeometry) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest corners (T, 3) of triangles; those of glass are nowhere."""
+    one, two, three = (scene.vertices[scene.triangles[:, corner]] for corner in range(3))
+    low, high = np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
+    low[_is_glass(scene)] = np.inf
     return low, high
 
 
-def _touches(plane: _Plane, low: Floats, high: Floats) -> npt.NDArray[np.bool_]:
+def _is_glass(scene: SceneGeometry) -> npt.NDArray[np.bool_]:
+    is_glass = np.array([material.is_glass for material in scene.materials], bool)
+    return is_glass[scene.triangle_material]
+
+
+def _touches(plane: _Plane, low: npt.NDArray[np.floating], high: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
     touches: npt.NDArray[np.bool_] = ((low <= plane.box[1]) & (high >= plane.box[0])).all(axis=1)
     return touches
 
