@@ -74,6 +74,22 @@ def test_the_sun_casts_the_poles_shadow_away_from_itself(tmp_path: Path, kernel_
     assert picture[60, 60 - pixels_per_metre] == pytest.approx(picture[60, 60 + pixels_per_metre], abs=3)
 
 
+def test_the_edge_of_a_shadow_is_soft_and_even(tmp_path: Path, kernel_cache: Path) -> None:
+    """Seen from above, 1 mm a pixel, where the half-shadow beside the pole's is 12 mm wide."""
+    scene = load_scene(rooms.plaza(tmp_path / "plaza.glb"))
+    sun = Sun(azimuth_deg=90.0, elevation_deg=45.0)
+    renderer = Renderer(scene, Lighting(sun=sun, exposure=0.1), cache_dir=kernel_cache)
+    camera = Intrinsics(96, 64, 6000.0, 6000.0, 48.0, 32.0)
+    picture = renderer.render(looking((0.1, -0.8, 6.0), 90.0, -90.0), camera).rgb.mean(axis=2)
+    across = np.median(picture, axis=0)
+    contrast = across[-1] - across[0]
+
+    soft = (across > across[0] + 0.1 * contrast) & (across < across[-1] - 0.1 * contrast)
+
+    assert 6 <= soft.sum() <= 14
+    assert np.abs(picture - across).max() < 0.18 * contrast
+
+
 def test_a_floor_under_an_even_sky_gets_pi_times_its_radiance(tmp_path: Path, kernel_cache: Path) -> None:
     even = Sky(zenith=(1.0, 1.0, 1.0), horizon=(1.0, 1.0, 1.0), ground=(0.0, 0.0, 0.0))
     lighting = Lighting(sun=Sun(irradiance=(0.0, 0.0, 0.0)), sky=even, exposure=1.0)

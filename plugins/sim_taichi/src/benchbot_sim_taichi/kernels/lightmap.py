@@ -12,7 +12,7 @@ from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 OFFSET_M = 5e-4
 SUN_STEPS = 32767.0
 DIFFERENT_SUN = 0.02
-SUN_PROBES = 2
+SUN_PROBES = 4
 SUN_RAYS = 8
 
 
@@ -110,25 +110,28 @@ def sun_share(
 ):
     """Share of the sun that is seen, by rays.
 
-    Two go to places of its disc that lie opposite to each other, the more if they disagree; `number` turns them.
+    Four go to places all about near the rim of its disc, more to all of it if they disagree; `number` turns them.
     """
     seen = 0.0
     if face.dot(load3(env, 0)) > 0.0:
         lifted = point + face * OFFSET_M
         turn = ti.cast(hash_u32(number), ti.f32) * ONE_OVER_2_32
         rays = SUN_PROBES
+        first = 0.0
         total = 0.0
         k = 0
         while k < rays:
-            place = ti.Vector([0.8, turn + 0.5 * ti.cast(k, ti.f32)])
+            place = ti.Vector([0.8, turn + 0.5 * ti.cast(k, ti.f32) + 0.25 * ti.cast(k // 2, ti.f32)])
             if k >= SUN_PROBES:
                 part = ti.cast(k - SUN_PROBES, ti.f32) / ti.cast(SUN_RAYS - SUN_PROBES, ti.f32)
-                place = ti.Vector([0.1 + 0.7 * part, turn + 0.25 + 0.7639 * ti.cast(k, ti.f32)])
+                place = ti.Vector([0.06 + 0.54 * part, turn + 0.25 + 0.7639 * ti.cast(k, ti.f32)])
             toward = cone_direction(load3(env, 0), env[15], place)
             share = sent(
                 nodes, leaves, sheer_root, triangles, materials, texels, images, lifted, toward, FAR
             ).share.min()
-            if k == SUN_PROBES - 1 and ti.abs(share - total) > DIFFERENT_SUN:
+            if k == 0:
+                first = share
+            elif ti.abs(share - first) > DIFFERENT_SUN:
                 rays = SUN_RAYS
             total += share
             k += 1
