@@ -16,6 +16,9 @@ from tools.household.textures import linear_color
 
 SIDES = (-1.0, 1.0)
 ARM, LEG = ("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle")
+HIP_RADIUS_M = 0.078
+# How far a pullover stands off the hips, over what is worn below.
+OVER_TROUSERS_M = 0.022
 
 
 @dataclass(frozen=True)
@@ -78,41 +81,32 @@ def _torso(pose: Pose, looks: Looks, grow: float) -> list[Field]:
 def _top(pose: Pose, looks: Looks) -> Mesh:
     """A pullover to the hips, with sleeves to the wrists and folds where joints bend."""
     slim = 0.90 if looks.is_woman else 1.0
-    fields = _torso(pose, looks, 0.012)
+    fields, sleeves = _torso(pose, looks, 0.012), []
     for side in SIDES:
         shoulder, elbow, wrist = (pose.joint(name, side) for name in ARM)
         fields.append(limb(shoulder, elbow, 0.060 * slim, 0.050 * slim))
-        fields.append(limb(elbow, wrist, 0.050 * slim, 0.038 * slim))
-    body = smooth_union(fields, 0.032)
+        hip, knee = pose.joint("hip", side), pose.joint("knee", side)
+        fields.append(limb(hip, hip + 0.2 * (knee - hip), *[HIP_RADIUS_M + OVER_TROUSERS_M] * 2))
+        sleeves.append(_sleeve(elbow, wrist, slim))
     hem = pose.spine[0][1] - pose.hem
     neck = np.array([pose.spine[-1][0], 0.0, pose.spine[-1][1] - 0.004])
     collar = np.array([0.42, 0.0, 0.907])
 
     def trimmed(points: Floats) -> Floats:
-        sleeves = np.max(
-            [_beyond(points, pose.joint("elbow", side), pose.joint("wrist", side), -0.012) for side in SIDES],
-            axis=0,
-        )
-        above_hem = np.where(np.abs(points[:, 1]) < 0.19, hem - points[:, 2], -1.0)
-        return np.asarray(np.max([sleeves, above_hem, (points - neck) @ collar], axis=0))
+        return np.asarray(np.maximum(hem - points[:, 2], (points - neck) @ collar))
 
-    low, high = _box(
-        [
-            *(pose.joint(name, side) for name in ARM for side in SIDES),
-            [-0.1, 0, hem],
-            neck,
-        ],
-        0.19,
-    )
-    return surface(cut(_folded(body, 0.0045, 34.0, seed=1), trimmed), low, high, 0.0295, 780)
+    joints = [pose.joint(name, side) for name in ("shoulder", "elbow") for side in SIDES]
+    low, high = _box([*joints, [-0.1, 0, hem], neck], 0.19)
+    body = _folded(smooth_union(fields, 0.032), 0.0045, 34.0, seed=1)
+    return merge([surface(cut(body, trimmed), low, high, 0.0295, 640), *sleeves])
 
 
-def _beyond(points: Floats, elbow: Floats, wrist: Floats, reach: float) -> Floats:
-    """Positive past the wrist, in the sleeve."""
+def _sleeve(elbow: Floats, wrist: Floats, slim: float) -> Mesh:
+    """The lower half of a sleeve, a mesh of its own: one that hangs beside the hips would grow together with them."""
     way = (wrist - elbow) / np.linalg.norm(wrist - elbow)
-    past = (points - wrist) @ way - reach
-    off_axis = np.linalg.norm(points - wrist - past[:, None] * way, axis=1)
-    return np.where((off_axis < 0.066) & (past < 0.13), past, -1.0)
+    low, high = _box([elbow, wrist], 0.08)
+    lower = _folded(limb(elbow, wrist, 0.050 * slim, 0.038 * slim), 0.0045, 34.0, seed=1)
+    return surface(cut(lower, lambda points: np.asarray((points - wrist) @ way + 0.012)), low, high, 0.0295, 90)
 
 
 def _folded(field: Field, depth_m: float, frequency: float, seed: int) -> Field:
@@ -134,7 +128,7 @@ def _legs(pose: Pose, looks: Looks, grow: float, cell_m: float) -> Mesh:
     for side in SIDES:
         hip, knee, ankle = (pose.joint(name, side) for name in LEG)
         calf = knee + (ankle - knee) * 0.28 + np.array([-0.014, 0, 0])
-        fields.append(limb(hip, knee, 0.086 + grow * 0.5, 0.056 + grow * 0.8))
+        fields.append(limb(hip, knee, HIP_RADIUS_M + grow * 0.5, 0.056 + grow * 0.8))
         fields.append(limb(knee, calf, 0.055 + grow * 0.8, 0.052 + grow))
         fields.append(limb(calf, ankle, 0.052 + grow, 0.034 + grow * 1.5))
     body = smooth_union(fields, 0.035)
