@@ -1,5 +1,6 @@
 """What is wrong with a place is named: its kind, its object, and the figure."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,10 @@ from benchbot_scenes.compose import compose
 from benchbot_scenes.generator.generate import generate
 from benchbot_scenes.generator.kinds import KINDS
 from benchbot_scenes.gltf import load_scene
-from benchbot_scenes.layout import Layout, Placement
+from benchbot_scenes.layout import Layout, Opening, Placement
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_scenes.violations import Violation, driving_violations, placing_violations, size_ranges
-from plugins.scenes.tests.plans import DOOR, two_rooms
+from plugins.scenes.tests.plans import DOOR, WINDOW, two_rooms
 
 TABLE = Placement("table", "table_dining_oak", (2.0, 1.5, 0.0))
 TABLE_TOP_M = pack("household").model("table_dining_oak").size_m[2]
@@ -43,6 +44,23 @@ def test_what_stands_wrongly_is_told_by_kind(tmp_path: Path, placed: Placement, 
     found = placing_violations(layout, scene(layout, tmp_path))
     assert [violation.kind for violation in found] == kinds
     assert all(placed.id in (violation.name, violation.other) for violation in found)
+
+
+@pytest.mark.parametrize(
+    ("placed", "opening", "others"),
+    [
+        (Placement("case", "bookcase_oak", (3.7, 1.87, 0.0), 180.0), DOOR, []),
+        (Placement("case", "bookcase_oak", (3.7, 1.87, 0.0), 180.0), replace(DOOR, open_deg=100.0), [DOOR.name]),
+        (Placement("curtain", "curtain_sand", (2.0, 0.04, 0.3), 90.0), WINDOW, [f"trim {WINDOW.name}"]),
+        (Placement("curtain", "curtain_sand", (2.0, 0.065, 0.3), 90.0), WINDOW, []),
+    ],
+)
+def test_what_reaches_into_a_door_or_a_sill_is_told(
+    tmp_path: Path, placed: Placement, opening: Opening, others: list[str]
+) -> None:
+    layout = Layout("household", two_rooms(opening), (placed,))
+    found = placing_violations(layout, scene(layout, tmp_path))
+    assert found == [Violation("intersecting", placed.id, other) for other in others]
 
 
 def test_a_robot_has_to_see_and_come_near_what_it_is_to_map(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Everything that a place may have wrong: what floats, intersects, has no real size, or is neither reached nor seen."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -47,7 +47,8 @@ class Violation:
 def placing_violations(layout: Layout, geometry: SceneGeometry) -> list[Violation]:
     """What is wrong with how the objects of a layout stand; `geometry` is its composed scene.
 
-    All placed objects are looked at, labelled or not. Fittings and the objects of a finished base are not.
+    All placed objects are looked at, labelled or not, and the doors, windows, sills and casings that they may reach
+    into. Other parts of the building and the objects of a finished base are not.
     """
     scene = furnished(layout)
     models = {item.id: pack(name).model(item.model) for name, item in scene.objects}
@@ -60,7 +61,11 @@ def placing_violations(layout: Layout, geometry: SceneGeometry) -> list[Violatio
             found.append(Violation(OFF_FLOOR, name, figure=f"{bottom_m:.2f} m up"))
     if scene.building is not None:
         found += [Violation(IN_WALL, name) for name in in_walls(geometry, scene.building, list(models), WALL_DEPTH_M)]
-    found += [Violation(INTERSECTING, *pair) for pair in intersecting(bodies)]
+    openings = scene.building.openings if scene.building is not None else ()
+    fitted = {name for opening in openings for name in (opening.name, f"trim {opening.name}")}
+    fixed = _bodies(geometry, sorted(fitted & {instance.name for instance in geometry.instances}))
+    pairs = intersecting(bodies | fixed)
+    found += [Violation(INTERSECTING, *pair) for pair in pairs if not fitted.issuperset(pair)]
     sizes = {item.id: item.size_m or models[item.id].size_m for _, item in scene.objects}
     found += _unreal(models, sizes)
     return found
@@ -85,7 +90,7 @@ def driving_violations(
     return found
 
 
-def _bodies(geometry: SceneGeometry, names: Mapping[str, AssetModel]) -> dict[str, Floats]:
+def _bodies(geometry: SceneGeometry, names: Collection[str]) -> dict[str, Floats]:
     """The triangles (T, 3, 3) of each named object."""
     order = np.argsort(geometry.triangle_instance, kind="stable")
     ends = np.searchsorted(geometry.triangle_instance[order], [instance.index for instance in geometry.instances])

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.catalogue import pack
+from benchbot_scenes.generator.fixtures import curtains
 from benchbot_scenes.generator.floor_plan import Space
 from benchbot_scenes.generator.furnish import Furnisher
 from benchbot_scenes.generator.generate import Generated, generate, touches
-from benchbot_scenes.generator.plot import Item, Plot
+from benchbot_scenes.generator.plot import DOOR_ZONE_M, Item, Plot
 from benchbot_scenes.generator.supply import Supply
 from benchbot_scenes.generator.walls import ABOVE_M, BARE_M, CUPBOARD_BOTTOM_M, EYE_M, bare_stretches, dress
-from benchbot_scenes.layout import Opening
+from benchbot_scenes.layout import Opening, Placement
 
 DOOR = Opening("door", "door", (-0.05, 1.0), 1.0, 0.0, 2.05)
 WINDOW = Opening("window", "window", (2.0, 5.1), 1.4, 0.9, 2.2)
@@ -46,6 +47,45 @@ def test_nothing_hangs_at_openings_or_behind_open_doors(seed: int) -> None:
     for item in pierced.plot.items:
         assert not item.box.overlaps(pierced.plot.zone(DOOR))
         assert not (item.box.high[1] > 4.9 and item.box.low[0] < 2.7 and item.box.high[0] > 1.3)
+
+
+@pytest.mark.parametrize(("open_deg", "side"), [(100.0, -1), (-100.0, 1)])
+def test_nothing_stands_in_the_leaf_of_an_open_door(open_deg: float, side: int) -> None:
+    plot = room(0, (replace(DOOR, at=(-0.05, 2.5), open_deg=open_deg),)).plot
+    (leaf,) = plot.leaves()
+    edge = 2.5 + side * DOOR.width_m / 2
+    assert sorted((leaf.low[1], leaf.high[1])) == pytest.approx(sorted((edge, edge + side * 0.2)))
+    assert (leaf.low[0], leaf.high[0]) == (0.0, DOOR_ZONE_M)
+    case = pack("household").model("bookcase_oak")
+    assert not plot.fits(Item(Placement("case", case.id, (0.2, edge + side * 0.3, 0.0)), case, case.size_m))
+
+
+@pytest.mark.parametrize(("open_deg", "hangs"), [(100.0, False), (-100.0, True)])
+def test_nothing_hangs_in_the_leaf_of_an_open_door(open_deg: float, hangs: bool) -> None:
+    pierced = room(0, (replace(DOOR, at=(-0.05, 2.5), open_deg=open_deg),))
+    shelf = pack("household").model("shelf_wall_oak")
+    along_m = 2.5 - DOOR.width_m / 2 - 0.07 - shelf.size_m[1] / 2
+    assert (pierced.hung(shelf, "west", along_m, 1.4) is not None) == hangs
+
+
+def test_nothing_is_put_into_a_curtain() -> None:
+    sunny = room(0, (), (WINDOW,))
+    curtains(sunny)
+    model = pack("household").model("sideboard_oak")
+    board = Item(Placement("board", model.id, (1.1, 4.7, 0.0), 270.0), model, model.size_m)
+    vase = pack("household").model("vase_matt")
+    at_back, in_front = (-0.13, 0.0), (0.1, 0.0)
+    assert sunny.on_top(vase, board, at_back, 0.0) is None
+    assert sunny.on_top(vase, board, in_front, 0.0) is not None
+
+
+def test_what_is_tall_does_not_stand_in_a_lamp() -> None:
+    lit = room(0)
+    lamp = lit.hung_at_ceiling(pack("household").model("pendant_lamp_dome"), 2.0, 2.5)
+    assert lamp is not None
+    person, table = (pack("household").model(name) for name in ("person_man_standing", "table_dining_oak"))
+    assert lit.standing(person, 2.0, 2.6, 0.0) is None
+    assert lit.standing(table, 2.0, 2.6, 0.0) is not None
 
 
 def test_pictures_hang_above_what_stands_before_them() -> None:

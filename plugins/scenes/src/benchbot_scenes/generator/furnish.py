@@ -26,8 +26,8 @@ from benchbot_scenes.layout import Placement
 # How densely places along a wall are tried.
 STEP_M = 0.10
 SURFACE_TRIES = 24
-# How far what hangs on a wall is from what hangs or stands beside it.
-HUNG_APART_M = 0.12
+# How far what hangs on a wall is from it, and from what hangs or stands beside it.
+HUNG_GAP_M, HUNG_APART_M = 0.002, 0.12
 # From the middle of one chair at a table to that of the next.
 SEAT_PITCH_M = 0.62
 # How far a chair is pulled out from where it would be tucked in, the least first.
@@ -91,9 +91,10 @@ class Furnisher:
         along_m: float,
         size_m: tuple[float, float, float] | None = None,
         z: float = 0.0,
+        gap_m: float = WALL_GAP_M,
     ) -> Item:
         depth_m = (size_m or model.size_m)[0]
-        x, y = self.plot.at_wall(wall, along_m, depth_m / 2 + (WALL_GAP_M if z == 0.0 else 0.002))
+        x, y = self.plot.at_wall(wall, along_m, depth_m / 2 + gap_m)
         return self._item(model, x, y, z, YAW_DEG[wall], size_m)
 
     def at_wall_exactly(
@@ -127,7 +128,9 @@ class Furnisher:
         may_cover = covers_window or bottom_m > 0.0
         if not may_cover and not all(self._clear_of_windows(wall, along_m, size) for along_m in places_m):
             return []
-        items = [self._at_wall(model, wall, along_m, size_m, bottom_m) for along_m in places_m]
+        # What covers a window hangs before its sill.
+        off_m = WALL_GAP_M if covers_window or bottom_m == 0.0 else HUNG_GAP_M
+        items = [self._at_wall(model, wall, along_m, size_m, bottom_m, off_m) for along_m in places_m]
         if not all(self.plot.fits(item, gap_m) for item in items) or not self.plot.leaves_ways(*items):
             return []
         return [self.plot.add(self._named(item)) for item in items]
@@ -294,7 +297,11 @@ class Furnisher:
             item = self._item(
                 model, *carrier.place(x, y), z, carrier.placement.yaw_deg + turn, carrier=carrier.placement.id
             )
-            others = [other.box for other in self.plot.items if other.carrier == carrier.placement.id]
+            others = [
+                other.box
+                for other in self.plot.items
+                if other.carrier == carrier.placement.id or (other.model.placement == "wall" and other != carrier)
+            ]
             if not any(item.box.overlaps(other, 0.01) for other in others):
                 return self.plot.add(self._named(item), takes=False)
         return None
@@ -325,13 +332,15 @@ class Furnisher:
     ) -> Item | None:
         """Hung at one place of a wall, if it is clear there of openings and of what stands before it."""
         size = model.size_m
-        item = self._at_wall(model, wall, along_m, z=max(bottom_m, 0.01))
+        item = self._at_wall(model, wall, along_m, z=max(bottom_m, 0.01), gap_m=HUNG_GAP_M)
         low, high = along_m - size[1] / 2 - 0.06, along_m + size[1] / 2 + 0.06
         holes = self.plot.openings_in(wall, (*self.plot.windows, *self.plot.doors))
         if any(
             low < end and start < high and bottom_m < hole.top_m + 0.1 and bottom_m + size[2] > hole.bottom_m
             for start, end, hole in holes
         ):
+            return None
+        if any(item.box.overlaps(leaf) for leaf in self.plot.leaves()):
             return None
         if any(item.box.overlaps(other.box, HUNG_APART_M) for other in self.plot.items if other is not above):
             return None

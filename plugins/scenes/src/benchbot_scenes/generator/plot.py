@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from benchbot_scenes.catalogue import AssetModel
-from benchbot_scenes.generator.floor_plan import Space
+from benchbot_scenes.generator.floor_plan import INNER_WALL_M, Space
 from benchbot_scenes.layout import Opening, Placement, Point
 
 CELL_M = 0.05
@@ -19,6 +19,8 @@ WAY_M = 0.38
 REACH_M = 0.75
 # Before a door, as deep as its leaf is wide.
 DOOR_ZONE_M = 0.95
+# How far an open leaf reaches beside its opening, with its handle.
+LEAF_M = 0.2
 # Furniture stands this far from the wall: a skirting board is in between.
 WALL_GAP_M = 0.025
 GAP_M = 0.02
@@ -94,6 +96,7 @@ class Plot:
     def __post_init__(self) -> None:
         for door in self.doors:
             self.kept.append(self.zone(door))
+        self.kept.extend(self.leaves())
 
     @property
     def size_m(self) -> Point:
@@ -137,12 +140,14 @@ class Plot:
         ]
 
     def fits(self, item: Item, gap_m: float = GAP_M) -> bool:
-        """Return whether an item stands in the room, clear of others, of doors, and of windows if it is tall."""
+        """Return whether an item stands in the room, clear of others, of doors, and of lamps if it is tall."""
         box = item.box
         inside = all(
             box.low[i] >= self.space.low[i] - 1e-6 and box.high[i] <= self.space.high[i] + 1e-6 for i in (0, 1)
         )
         if not inside or any(box.overlaps(other, gap_m) for other in self.taken):
+            return False
+        if any(box.overlaps(other.box) for other in self.items if other.model.placement == "ceiling"):
             return False
         return not any(box.overlaps(zone) for zone in self.kept) or item.size_m[2] <= FLAT_M
 
@@ -196,6 +201,22 @@ class Plot:
         corners = [self.at_wall(wall, along, off) for along in (low, high) for off in (0.0, DOOR_ZONE_M)]
         xs, ys = zip(*corners, strict=True)
         return Box((min(xs), min(ys)), (max(xs), max(ys)))
+
+    def leaves(self) -> Iterator[Box]:
+        """The floor that the leaves of open doors take beside their openings, in the room that they open into."""
+        for door in self.doors:
+            wall = self.wall_of(door)
+            axis = AXIS[wall]
+            middle, inward = self.at_wall(wall, door.at[axis], 0.0), self.at_wall(wall, door.at[axis], 1.0)
+            if door.open_deg == 0.0 or math.dist(middle, door.at) > INNER_WALL_M / 2:
+                continue
+            ahead = (inward[0] - middle[0], inward[1] - middle[1])
+            side = (ahead[1], -ahead[0])[axis] * math.copysign(1.0, door.open_deg)
+            edge = door.at[axis] + side * door.width_m / 2
+            ends = (edge, edge + side * LEAF_M)
+            corners = [self.at_wall(wall, along, off) for along in ends for off in (0.0, DOOR_ZONE_M)]
+            xs, ys = zip(*corners, strict=True)
+            yield Box((min(xs), min(ys)), (max(xs), max(ys)), top_m=door.top_m)
 
     def add(self, item: Item, *, takes: bool = True) -> Item:
         """Put an item into the room for good."""
