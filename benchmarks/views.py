@@ -18,7 +18,7 @@ from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 
 CAMERA_HEIGHT_M = 1.05
 LOOK = Intrinsics.from_horizontal_fov(240, 135, 90.0)
-SHEET_BYTES = 180_000
+SHEET_BYTES = 170_000
 
 Poses = npt.NDArray[np.float64]
 

@@ -173,7 +173,7 @@ def main() -> int:
         }
     for path, models in sheets.items():
         contact_sheet(models, arguments.columns, tuple(arguments.tile_px)).save(
-            path, quality=72, optimize=True, progressive=True
+            path, quality=64, optimize=True, progressive=True
         )
     return 0
 
