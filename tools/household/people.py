@@ -17,8 +17,8 @@ from tools.household.textures import linear_color
 SIDES = (-1.0, 1.0)
 ARM, LEG = ("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle")
 HIP_RADIUS_M = 0.078
-# How far a pullover stands off the hips, over what is worn below.
-OVER_TROUSERS_M = 0.022
+# How far a pullover stands off the hips, over what is worn below, and how far that reaches up under it.
+OVER_TROUSERS_M, UNDER_HEM_M = 0.022, 0.02
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def _legs(pose: Pose, looks: Looks, grow: float, cell_m: float) -> Mesh:
     body = smooth_union(fields, 0.035)
     if grow:
         body = _folded(body, 0.0055, 30.0, seed=2)
-    top = pose.knee[2] + 0.16 if looks.skirt else pz + 0.085
+    top = pose.knee[2] + 0.16 if looks.skirt else pz + (0.085 if pose.hem < 0.0 else UNDER_HEM_M - pose.hem)
 
     def trimmed(points: Floats) -> Floats:
         return np.asarray(np.maximum(0.055 - points[:, 2], points[:, 2] - top))
@@ -164,7 +164,7 @@ def _skirt(pose: Pose) -> Mesh:
         return np.asarray(np.hypot(x, y * 0.80) - radius)
 
     def ends(points: Floats) -> Floats:
-        return np.asarray(np.maximum(points[:, 2] - top, hem - points[:, 2]))
+        return np.asarray(np.maximum(points[:, 2] - pz + pose.hem - UNDER_HEM_M, hem - points[:, 2]))
 
     return surface(cut(cone, ends), (px - 0.27, -0.33, hem), (px + 0.27, 0.33, top), 0.036, 520)
 
