@@ -1,6 +1,7 @@
 """Which places the thousand are, and making one of them when it is first used."""
 
 import csv
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache
@@ -113,7 +114,7 @@ def lamps_by_day(made: Generated) -> list[str]:
     found = []
     for room in made.plan.spaces:
         windows = [one for one in made.plan.openings if one.kind == "window" and touches(room, one)]
-        window_m2 = sum(one.width_m * (one.top_m - one.bottom_m) for one in windows)
+        window_m2 = math.fsum(one.width_m * (one.top_m - one.bottom_m) for one in windows)
         (low_x, low_y), (high_x, high_y) = room.low, room.high
         if window_m2 < LIT_BY_DAY * (high_x - low_x) * (high_y - low_y):
             at = [(lamp.placement.id, *lamp.placement.position[:2]) for lamp in lamps]

@@ -3,6 +3,7 @@
 Every room is a rectangle on a 5 cm grid, and each has a door to the hall, or a wide passage to the room one enters.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -81,7 +82,7 @@ def _rooms(kind: Kind, functions: Sequence[str], rng: np.random.Generator) -> li
         low = (0.0, snap(hub_top + INNER_WALL_M))
         spaces.append(Space(names[beside], functions[beside], low, (hub_width, top)))
     for strip, y_low, y_high in ((south, 0.0, depth_s), (north, snap(hall_high[1] + INNER_WALL_M), top)):
-        stretch = (length - (len(strip) - 1) * INNER_WALL_M) / sum(widths[number] for number in strip)
+        stretch = (length - (len(strip) - 1) * INNER_WALL_M) / math.fsum(widths[number] for number in strip)
         x = hall_low[0]
         for position, number in enumerate(strip):
             last = position == len(strip) - 1
@@ -96,12 +97,12 @@ def _few_rooms(
 ) -> list[Space]:
     """The room that is entered, and up to two others in a column beside it."""
     others = widths[1:]
-    depth = snap(max(4.6, sum(max(2.4, width) for width in others) + INNER_WALL_M * max(0, len(others) - 1)))
+    depth = snap(max(4.6, math.fsum(max(2.4, width) for width in others) + INNER_WALL_M * max(0, len(others) - 1)))
     spaces = [Space(names[0], functions[0], (0.0, 0.0), (widths[0], depth))]
     side = _draw(kind.depth_m, rng)
     low_x, y = snap(widths[0] + INNER_WALL_M), 0.0
     for number, width in enumerate(others, 1):
-        share = max(2.4, width) / sum(max(2.4, other) for other in others)
+        share = max(2.4, width) / math.fsum(max(2.4, other) for other in others)
         end = depth if number == len(others) else snap(share * depth)
         spaces.append(Space(names[number], functions[number], (low_x, y), (snap(low_x + side), end)))
         y = snap(end + INNER_WALL_M)
@@ -120,7 +121,7 @@ def _split(numbers: list[int], widths: Sequence[float]) -> tuple[list[int], list
 
 
 def _strip_length(strip: Sequence[int], widths: Sequence[float]) -> float:
-    return snap(sum(widths[number] for number in strip) + INNER_WALL_M * (len(strip) - 1))
+    return snap(math.fsum(widths[number] for number in strip) + INNER_WALL_M * (len(strip) - 1))
 
 
 def _names(functions: Sequence[str]) -> list[str]:

@@ -1,5 +1,6 @@
 """What hangs on walls: cupboards above worktops, pictures and shelves where walls are bare."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -121,7 +122,7 @@ def _hang_pictures(room: Furnisher, part: Stretch) -> None:
 
 
 def _row_m(models: Sequence[AssetModel], gap_m: float) -> float:
-    return sum(model.size_m[1] for model in models) + gap_m * (len(models) - 1)
+    return math.fsum(model.size_m[1] for model in models) + gap_m * (len(models) - 1)
 
 
 def _top_before(plot: Plot, part: Stretch) -> float:
