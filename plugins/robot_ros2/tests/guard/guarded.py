@@ -71,7 +71,13 @@ class Base:
 
         self.node = node
         self.messages: list[Any] = []
-        node.create_subscription(kind, topic, self.messages.append, QoSProfile(depth=100, **qos))
+        self.numbers: list[int] = []
+        node.create_subscription(kind, topic, self._hear, QoSProfile(depth=100, **qos))
+
+    def _hear(self, message: Any, info: Any) -> None:
+        # Of what was published; a busy machine loses some of it.
+        self.numbers.append(info["publication_sequence_number"])
+        self.messages.append(message)
 
     @property
     def heard(self) -> list[tuple[float, float]]:
@@ -84,6 +90,7 @@ class Base:
 
     def forget(self) -> None:
         self.messages.clear()
+        self.numbers.clear()
 
     def until_moving(self) -> None:
         until(lambda: self.velocity[0] > 0.2, "the base is told to move")
