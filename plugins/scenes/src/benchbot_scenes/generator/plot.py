@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -94,9 +94,7 @@ class Plot:
     kept: list[Box] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        for door in self.doors:
-            self.kept.append(self.zone(door))
-        self.kept.extend(self.leaves())
+        self.kept.extend(self.at_doors())
 
     @property
     def size_m(self) -> Point:
@@ -197,10 +195,7 @@ class Plot:
         """The floor before a door that stays free, as wide as its opening."""
         wall = self.wall_of(door)
         axis = AXIS[wall]
-        low, high = door.at[axis] - door.width_m / 2, door.at[axis] + door.width_m / 2
-        corners = [self.at_wall(wall, along, off) for along in (low, high) for off in (0.0, DOOR_ZONE_M)]
-        xs, ys = zip(*corners, strict=True)
-        return Box((min(xs), min(ys)), (max(xs), max(ys)))
+        return self._along_wall(wall, door.at[axis] - door.width_m / 2, door.at[axis] + door.width_m / 2)
 
     def leaves(self) -> Iterator[Box]:
         """The floor that the leaves of open doors take beside their openings, in the room that they open into."""
@@ -213,10 +208,17 @@ class Plot:
             ahead = (inward[0] - middle[0], inward[1] - middle[1])
             side = (ahead[1], -ahead[0])[axis] * math.copysign(1.0, door.open_deg)
             edge = door.at[axis] + side * door.width_m / 2
-            ends = (edge, edge + side * LEAF_M)
-            corners = [self.at_wall(wall, along, off) for along in ends for off in (0.0, DOOR_ZONE_M)]
-            xs, ys = zip(*corners, strict=True)
-            yield Box((min(xs), min(ys)), (max(xs), max(ys)), top_m=door.top_m)
+            yield replace(self._along_wall(wall, edge, edge + side * LEAF_M), top_m=door.top_m)
+
+    def at_doors(self) -> list[Box]:
+        """The floor before all doors, then that beside those that stand open."""
+        return [*map(self.zone, self.doors), *self.leaves()]
+
+    def _along_wall(self, wall: str, start_m: float, end_m: float) -> Box:
+        """The floor along a part of a wall, as deep as before a door."""
+        corners = [self.at_wall(wall, along, off) for along in (start_m, end_m) for off in (0.0, DOOR_ZONE_M)]
+        xs, ys = zip(*corners, strict=True)
+        return Box((min(xs), min(ys)), (max(xs), max(ys)))
 
     def add(self, item: Item, *, takes: bool = True) -> Item:
         """Put an item into the room for good."""

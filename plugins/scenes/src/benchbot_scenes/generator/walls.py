@@ -72,7 +72,7 @@ def hang_shelf(room: Furnisher, model: AssetModel | None, part: Stretch) -> Item
 
 def bare_stretches(plot: Plot) -> Iterator[Stretch]:
     """The stretches of a room's walls between openings and what stands or hangs at the height of eyes."""
-    zones = [*(plot.zone(door) for door in plot.doors), *plot.leaves()]
+    zones = plot.at_doors()
     for wall in WALLS:
         axis = AXIS[wall]
         low, high = plot.along(wall)
