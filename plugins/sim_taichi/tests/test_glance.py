@@ -47,7 +47,7 @@ def see(renderer: Renderer, poses: np.ndarray, camera: Intrinsics, *, has_sheer:
     scene = (*device.tree, device.sheer_root, *device.surfaces)
     hits = np.empty(first_hits.hits_size(*size), np.float32)
     first_hits.meet_squares(*device.tree, device.sheer_root, records.ravel(), hits, *size)
-    glance.see(*scene, records, hits, frames.words, *places, *size, has_sheer, False)
+    glance.see(*scene, records, hits, frames.words, *places, *size, has_sheer)
     batch = frames.to_host()
     return [batch[index] for index in range(len(batch))]
 

@@ -68,7 +68,7 @@ def test_sixteen_pixels_look_as_each_by_itself(room: Renderer) -> None:
 def test_edges_of_sixteen_points_look_as_each_pixel_by_itself(
     room: Renderer, monkeypatch: pytest.MonkeyPatch, edges_at_once: int
 ) -> None:
-    from benchbot_sim_taichi.kernels import paint, resolve
+    from benchbot_sim_taichi.kernels import first_hits, paint, resolve
 
     monkeypatch.setattr(edges, "EDGES_AT_ONCE", edges_at_once)
     room.render_batch(POSES, CAMERA)
@@ -86,6 +86,8 @@ def test_edges_of_sixteen_points_look_as_each_pixel_by_itself(
         camera_records(POSES, CAMERA, room.exposure).ravel(),
         *seen,
         alone,
+        np.zeros(pixels + 1, np.int32),
+        np.zeros(pixels * first_hits.SAMPLES * 3, np.float32),
         *size,
     )
     marks = room._buffers["marks"][1]

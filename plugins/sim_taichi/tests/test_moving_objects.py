@@ -10,7 +10,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.core.geometry import Pose
 from benchbot_scenes.gltf import load_scene
 from benchbot_scenes.scene import SceneGeometry
-from benchbot_sim_taichi import bvh, device_scene, two_levels
+from benchbot_sim_taichi import bvh, two_levels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks.rays.scene import generate
@@ -208,7 +208,7 @@ def test_what_is_no_pose_is_refused(name: str, kernel_cache: Path) -> None:
         renderer.remove(9999)
 
 
-WIDTHS = [bvh.WIDTH, device_scene.NARROW]
+WIDTHS = [bvh.WIDTH, bvh.NARROW]
 
 
 def scattered(count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -17,18 +17,16 @@ FARTHEST_M = 1e5
 class Arrangement:
     """`scene` as it stands, `origin` with every object where it first was.
 
-    `levels` are its trees, one for each width of nodes that kernels ask for.
-
-    Triangles keep their ids: those of an object that is taken away lose their area.
+    `levels` are its trees. Triangles keep their ids: those of an object that is taken away lose their area.
     """
 
     scene: SceneGeometry
     origin: SceneGeometry
-    levels: tuple[Levels, ...]
+    levels: Levels
 
     def has_moved(self, instance: int) -> bool:
         """Return whether an object has trees of its own."""
-        return instance in self.levels[0].parts
+        return instance in self.levels.parts
 
     def triangles_of(self, instance: int) -> npt.NDArray[np.int64]:
         """Return the ids of an object's triangles; raise BenchbotError if there is no such object."""
@@ -54,22 +52,19 @@ def move(arrangement: Arrangement, instance: int, transform: npt.NDArray[np.floa
     vertices[used] = origin.vertices[used].astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     normals[used] = origin.normals[used].astype(np.float64) @ matrix[:3, :3].T
     scene = replace(lifted.scene, vertices=vertices, normals=normals)
-    levels = tuple(
-        each.with_part(instance, refitted(each.parts[instance], scene.vertices, scene.triangles))
-        for each in lifted.levels
-    )
-    return replace(lifted, scene=scene, levels=levels)
+    tree = refitted(lifted.levels.parts[instance], scene.vertices, scene.triangles)
+    return replace(lifted, scene=scene, levels=lifted.levels.with_part(instance, tree))
 
 
 def remove(arrangement: Arrangement, instance: int) -> Arrangement:
     """Take an object away."""
     gone = np.zeros(len(arrangement.scene.triangles), bool)
     gone[arrangement.triangles_of(instance)] = True
-    has_moved = arrangement.has_moved(instance)
+    levels = arrangement.levels
     return Arrangement(
         _without(arrangement.scene, instance, gone),
         _without(arrangement.origin, instance, gone),
-        tuple(each.without_part(instance) if has_moved else each.without(gone) for each in arrangement.levels),
+        levels.without_part(instance) if arrangement.has_moved(instance) else levels.without(gone),
     )
 
 
@@ -86,7 +81,7 @@ def add(
         origin=_joined(arrangement.origin, mesh, offset),
     )
     for number in numbers:
-        joined = replace(joined, levels=_with_own_trees(joined.levels, joined.scene, number))
+        joined = replace(joined, levels=_with_own_tree(joined.levels, joined.scene, number))
         joined = move(joined, number, transform)
     return joined, numbers
 
@@ -101,18 +96,14 @@ def _lifted(arrangement: Arrangement, instance: int) -> Arrangement:
     shared = np.intersect1d(scene.triangles[is_its], scene.triangles[~is_its])
     if len(shared):
         scene, origin = _split(scene, shared, is_its), _split(origin, shared, is_its)
-    without_it = tuple(each.without(is_its) for each in arrangement.levels)
-    return Arrangement(scene, origin, _with_own_trees(without_it, scene, instance))
+    return Arrangement(scene, origin, _with_own_tree(arrangement.levels.without(is_its), scene, instance))
 
 
-def _with_own_trees(levels: tuple[Levels, ...], scene: SceneGeometry, instance: int) -> tuple[Levels, ...]:
+def _with_own_tree(levels: Levels, scene: SceneGeometry, instance: int) -> Levels:
     triangles = np.flatnonzero(scene.triangle_instance == instance)
     is_sheer = tables.is_sheer(scene)[triangles]
     groups = (triangles[~is_sheer], triangles[is_sheer])
-    return tuple(
-        each.with_part(instance, bvh.build(scene.vertices, scene.triangles, groups, each.static.width))
-        for each in levels
-    )
+    return levels.with_part(instance, bvh.build(scene.vertices, scene.triangles, groups, levels.static.width))
 
 
 def _split(scene: SceneGeometry, shared: IntArray, is_its: npt.NDArray[np.bool_]) -> SceneGeometry:

@@ -12,6 +12,7 @@ from benchbot_sim_taichi import _ti, binary_tree
 from benchbot_sim_taichi.binary_tree import BinaryTree, FloatArray, IndexArray
 
 WIDTH = 8
+NARROW = 4  # on a GPU
 LEAF_SIZE = 4
 NODE_STRIDE = 8 * WIDTH
 LEAF_STRIDE = 40
@@ -51,19 +52,10 @@ def build(
 
     Triangles that are not finite or have no area are left out.
     """
-    return collapsed(grow(vertices, triangles, groups), width)
-
-
-def grow(vertices: FloatArray, triangles: npt.NDArray[np.int32], groups: tuple[IndexArray, ...]) -> tuple[Grown, ...]:
-    """Split the triangles of each group: most of the work of `build`, which trees of all widths share."""
-    return tuple(_grow(vertices[triangles[group]].reshape(-1, 3, 3), group) for group in groups)
-
-
-def collapsed(groups: tuple[Grown, ...], width: int) -> Bvh:
-    """Make wide nodes, of up to `width` children, of binary ones."""
     nodes, leaves, roots = [], [], []
     node_base = leaf_base = 0
-    for group in groups:
+    for ids in groups:
+        group = _grow(vertices[triangles[ids]].reshape(-1, 3, 3), ids)
         tree_nodes, tree_leaves = _empty_nodes(1, width), np.zeros((1, LEAF_STRIDE), np.float32)
         if group.tree is not None:
             levels = _collapse(group.tree, width)

@@ -14,7 +14,6 @@ from benchbot_sim_taichi.two_levels import Levels
 
 TREE_VERSION = 2
 TEXELS_VERSION = 1
-NARROW = 4
 PORTAL_RAYS = 64
 PORTAL_MIN_OPEN_SHARE = 0.12  # windows to a courtyard have 0.19, a shower screen before a window 0.09
 FAR_M = 1e4
@@ -46,19 +45,17 @@ def upload(scene: SceneGeometry, lighting: Lighting, cache_dir: Path) -> tables.
     )
 
 
-def arrangement_of(scene: SceneGeometry, *devices: tables.DeviceScene) -> Arrangement:
-    """The scene as it was uploaded, with a tree for each of `devices`, ready for its objects to move."""
-    trees = [
-        bvh.Bvh(_ti.download(device.tree[0]), _ti.download(device.tree[1]), (0, device.sheer_root), device.width)
-        for device in devices
-    ]
-    return Arrangement(scene, scene, tuple(Levels(tree) for tree in trees))
+def arrangement_of(scene: SceneGeometry, device: tables.DeviceScene) -> Arrangement:
+    """The scene as it was uploaded, ready for its objects to move."""
+    nodes, leaves = device.tree
+    tree = bvh.Bvh(_ti.download(nodes), _ti.download(leaves), (0, device.sheer_root), _width())
+    return Arrangement(scene, scene, Levels(tree))
 
 
 def rearranged(
     device: tables.DeviceScene, before: Arrangement, after: Arrangement, changed: npt.NDArray[np.int64]
-) -> list[tables.DeviceScene]:
-    """Bring to kernels how objects stand now, once for each tree; `changed` triangles are elsewhere, new or gone.
+) -> tables.DeviceScene:
+    """Bring to kernels how objects stand now; `changed` triangles are elsewhere, new or gone.
 
     Lamps and panes are looked for again where any of them changed.
     """
@@ -74,16 +71,17 @@ def rearranged(
             texels, images = _ti.upload(store.texels), _ti.upload(store.table)
     rows = triangles.reshape(-1, tables.TRIANGLE_STRIDE)
     rows[changed] = tables.triangle_records(scene, changed).reshape(-1, tables.TRIANGLE_STRIDE)
-    surfaces = (_ti.upload(triangles), materials, texels, images)
-    moved = [
-        replace(_with_tree(device, tree), sheer_root=tree.roots[1], surfaces=surfaces)
-        for tree in (levels.combined() for levels in after.levels)
-    ]
+    tree = after.levels.combined()
+    moved = replace(
+        device,
+        tree=(_ti.upload(tree.nodes), _ti.upload(tree.leaves)),
+        sheer_root=tree.roots[1],
+        surfaces=(_ti.upload(triangles), materials, texels, images),
+    )
     gives_light = np.array([m.is_glass or m.is_emissive for m in scene.materials], bool)
     if not new and not gives_light[scene.triangle_material[changed]].any():
         return moved
-    found = relit(moved[0], scene)
-    return [replace(each, lights=found.lights, light_of=found.light_of) for each in moved]
+    return relit(moved, scene)
 
 
 def relit(device: tables.DeviceScene, scene: SceneGeometry) -> tables.DeviceScene:
@@ -96,36 +94,20 @@ def relit(device: tables.DeviceScene, scene: SceneGeometry) -> tables.DeviceScen
     )
 
 
-def with_narrow_tree(device: tables.DeviceScene, scene: SceneGeometry, cache_dir: Path) -> tables.DeviceScene:
-    """The same with the four-wide tree of `kernels.traversal_gpu`."""
-    groups = tables.group_triangles(scene)
-    tree = _tree(scene, groups, cache_dir, NARROW)
-    return replace(_with_tree(device, tree), sheer_root=tree.roots[1] if len(groups.sheer) else -1)
+def _width() -> int:
+    return bvh.NARROW if _ti.is_on_gpu() else bvh.WIDTH
 
 
-def _with_tree(device: tables.DeviceScene, tree: bvh.Bvh) -> tables.DeviceScene:
-    return replace(device, tree=(_ti.upload(tree.nodes), _ti.upload(tree.leaves)), width=tree.width)
-
-
-def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path, width: int = bvh.WIDTH) -> bvh.Bvh:
-    """Load or build the tree of nodes so wide; on a GPU, which needs both, that of the other ones is kept, too."""
-
-    def path(wide: int) -> Path:
-        return cache_dir / f"tree-{TREE_VERSION}-{wide}-{scene.content_hash[:32]}.npz"
+def _tree(scene: SceneGeometry, groups: tables.TriangleGroups, cache_dir: Path) -> bvh.Bvh:
+    path = cache_dir / f"tree-{TREE_VERSION}-{_width()}-{scene.content_hash[:32]}.npz"
 
     def build() -> disk_cache.Arrays:
         progress.tell(f"the simulator builds the search tree of {len(scene.triangles):,} triangles")
-        grown = bvh.grow(scene.vertices, scene.triangles, (groups.solid, groups.sheer))
-        if width != NARROW and _ti.is_on_gpu():
-            disk_cache.store(path(NARROW), _arrays(bvh.collapsed(grown, NARROW)))
-        return _arrays(bvh.collapsed(grown, width))
+        tree = bvh.build(scene.vertices, scene.triangles, (groups.solid, groups.sheer), _width())
+        return {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)}
 
-    kept = disk_cache.load_or_make(path(width), {"nodes", "leaves", "roots"}, build)
-    return bvh.Bvh(kept["nodes"], kept["leaves"], tuple(int(root) for root in kept["roots"]), width)
-
-
-def _arrays(tree: bvh.Bvh) -> disk_cache.Arrays:
-    return {"nodes": tree.nodes, "leaves": tree.leaves, "roots": np.array(tree.roots)}
+    kept = disk_cache.load_or_make(path, {"nodes", "leaves", "roots"}, build)
+    return bvh.Bvh(kept["nodes"], kept["leaves"], tuple(int(root) for root in kept["roots"]), _width())
 
 
 def _texels(scene: SceneGeometry, cache_dir: Path) -> textures.TexelStore:

@@ -39,7 +39,7 @@ def path_trace(
     """
     record = camera_records(np.asarray(camera_to_map)[None], intrinsics, renderer.exposure)
     size = (intrinsics.width, intrinsics.height)
-    device, near = renderer.device_for_paths, renderer.near_lights
+    device, near = renderer.device, renderer.near_lights
     total = _trace(device, near, record, size, samples_per_pixel, bounces, seed, strategies, brightest)
     return total / np.float32(samples_per_pixel)
 
@@ -87,7 +87,7 @@ def features(
     width, height = size
     values = _ti.upload(np.zeros(count * width * height * FEATURE_STRIDE, np.float32))
     scene = (*device.tree, device.sheer_root, *device.surfaces)
-    find_features(*scene, cameras, hits, values, count, width, height, device.sheer_root >= 0, _ti.is_on_gpu())
+    find_features(*scene, cameras, hits, values, count, width, height, device.sheer_root >= 0)
     found = _ti.download(values).reshape(count, height, width, FEATURE_STRIDE)
     return found[..., :3], found[..., 3:]
 
@@ -158,7 +158,6 @@ def _trace(
         brightest / float(exposure.max()),
         strategies,
         seed & 0x7FFFFFFF,
-        _ti.is_on_gpu(),
     )
     exposed: FloatArray = (_ti.download(total).reshape(height, width, 3) * exposure).astype(np.float32)
     return exposed

@@ -3,7 +3,6 @@
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -31,11 +30,11 @@ from benchbot_sim_taichi.intrinsics import Intrinsics, camera_records, common_si
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
 from benchbot_sim_taichi.splats import SplatDrawing
-from benchbot_sim_taichi.tables import CAMERA_STRIDE, DeviceScene
+from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 __all__ = ["DeviceFrames", "Frame", "FrameBatch", "Intrinsics", "Renderer"]
 
-PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each
+PIXELS_AT_ONCE = 2**20  # 240 bytes of working memory each, 292 on a GPU
 GLANCED_PIXELS_AT_ONCE = 2**24  # 4 bytes each
 
 
@@ -84,18 +83,6 @@ class Renderer:
     def exposure(self) -> npt.NDArray[np.float64]:
         """Gain (3,) of red, green and blue that all pictures of this scene share."""
         return camera_response.exposure(*self.irradiance.mean_light(), self._lighting.exposure)
-
-    @property
-    def device_for_paths(self) -> DeviceScene:
-        """The scene as kernels read it whose rays go their own ways: on a GPU, with a tree of narrower nodes."""
-        if not _ti.is_on_gpu():
-            return self.device
-        narrow = self._narrow
-        return replace(self.device, tree=narrow.tree, sheer_root=narrow.sheer_root, width=narrow.width)
-
-    @cached_property
-    def _narrow(self) -> DeviceScene:
-        return device_scene.with_narrow_tree(self.device, self._scene, self._cache_dir)
 
     @cached_property
     def splats(self) -> SplatDrawing | None:
@@ -159,18 +146,13 @@ class Renderer:
             self.__dict__.pop(stored, None)
 
     def _arrangement(self) -> arrangement.Arrangement:
-        if self._arranged is not None:
-            return self._arranged
-        devices = (self.device, self._narrow) if _ti.is_on_gpu() else (self.device,)
-        return device_scene.arrangement_of(self._scene, *devices)
+        return self._arranged or device_scene.arrangement_of(self._scene, self.device)
 
     def _arrange(
         self, arranged: arrangement.Arrangement, after: arrangement.Arrangement, changed: npt.NDArray[np.int64]
     ) -> None:
         before = self.device
-        self.device, *narrower = device_scene.rearranged(before, arranged, after, changed)
-        for narrow in narrower:
-            self._narrow = narrow
+        self.device = device_scene.rearranged(before, arranged, after, changed)
         self._arranged, self._scene = after, after.scene
         if self.device.lights is not before.lights:
             self.relight()
@@ -260,14 +242,14 @@ class Renderer:
         cameras = self._buffer("cameras", records.size)
         _ti.write(cameras, records.ravel())
         hits = self._first_hits(cameras, size)
-        device = self.device_for_paths
+        device = self.device
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         colors = self._buffer("colors", math.prod(size), np.int32)
         light = (self.device.lights[0], *self._cells, *camera_response.curves())
         places = (frames.depth_at(first), frames.instance_at(first))
-        variant = (device.sheer_root >= 0, _ti.is_on_gpu())
+        has_sheer = device.sheer_root >= 0
         if _ti.is_on_gpu():
-            glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, *variant)
+            glance.glance(*scene, *light, cameras, hits, frames.words, colors, *places, *size, has_sheer)
         else:
             written = (frames.words, colors, *places, first_hits.squares(*size), *size[1:])
             glance_tiles.glance_tiles(*scene, *light, cameras, first_hits.SQUARES, hits, *written)
@@ -284,11 +266,11 @@ class Renderer:
         """Find depth and instances of pictures `first` … of `frames`."""
         from benchbot_sim_taichi.kernels import glance
 
-        device = self.device_for_paths
+        device = self.device
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         places = (frames.depth_at(first), frames.instance_at(first))
-        size, variant = (count, frames.width, frames.height), (device.sheer_root >= 0, _ti.is_on_gpu())
-        glance.see(*scene, cameras, hits, frames.words, *places, *size, *variant)
+        size = (count, frames.width, frames.height)
+        glance.see(*scene, cameras, hits, frames.words, *places, *size, device.sheer_root >= 0)
 
     def _first_hits(self, cameras: Any, size: tuple[int, int, int]) -> Any:
         """Return the buffer of the cameras' first hits: filled here on a processor, by its reader on a GPU."""
@@ -308,8 +290,8 @@ class Renderer:
         self._see(cameras, hits, frames, first, len(records))
         shown = None
         if path_trace.is_denoised(self._quality):
-            shown = path_trace.features(self.device_for_paths, cameras, hits, len(records), size[1:])
-        place = (self.device_for_paths, self.near_lights)
+            shown = path_trace.features(self.device, cameras, hits, len(records), size[1:])
+        place = (self.device, self.near_lights)
         paths = path_trace.expose(*place, records, size[1:], self._quality, shown, self._seed)
         camera_response.develop(_ti.upload(paths.ravel()), frames.words, frames.rgb_at(first), *size, self._buffer)
 
@@ -349,7 +331,9 @@ class Renderer:
         spread(cameras, guide, kinds, radiance, beside, *size, 1, 4, 3, 0)
         reflections.combine(cameras, shades, *mirrored, beside, centers, *size)
         if on_gpu:
-            resolve.resolve_pixels(*lit, cameras, *seen, centers, radiance, *size)
+            listed = self._buffer("listed", pixels + 1, np.int32)
+            samples = self._buffer("samples", pixels * first_hits.SAMPLES * 3)
+            resolve.resolve_pixels(*lit, cameras, *seen, centers, radiance, listed, samples, *size)
         else:
             edges.resolve(lit, cameras, seen, centers, radiance, size, self._buffer)
         camera_response.develop(radiance, frames.words, frames.rgb_at(first), *size, self._buffer)

@@ -7,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import FloatArray, IntArray, Material, SceneGeometry
-from benchbot_sim_taichi.bvh import WIDTH
 
 TRIANGLE_STRIDE = 24
 MATERIAL_STRIDE = 20
@@ -119,7 +118,7 @@ class DeviceScene:
 
     `tree`: nodes, leaves; `surfaces`: triangle records, material records, texels, image table; `lights`: environment,
     light records, number of portals, number of lamps; `light_of` is each triangle's light record, -1 none.
-    `sheer_root` is -1 when no triangle is sheer; `width` is that of the tree's nodes.
+    `sheer_root` is -1 when no triangle is sheer.
     """
 
     tree: tuple[Any, Any]
@@ -127,4 +126,3 @@ class DeviceScene:
     surfaces: tuple[Any, Any, Any, Any]
     lights: tuple[Any, Any, int, int]
     light_of: Any
-    width: int = WIDTH

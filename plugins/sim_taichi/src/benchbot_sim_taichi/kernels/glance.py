@@ -6,7 +6,7 @@ reflections, no shadow rays, no more than one ray through each pixel, and no blo
 one tile of 8 x 4, whose rays meet much the same nodes.
 """
 
-from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi._ti import is_on_gpu, ti
 from benchbot_sim_taichi.frames import INFINITY_BITS, PIXELS_PER_GROUP, WORDS_PER_GROUP
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
@@ -19,7 +19,6 @@ from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
 from benchbot_sim_taichi.kernels.shading import mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
-from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK, trace_gpu
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from benchbot_sim_taichi.tables import CAMERA_STRIDE, TRIANGLE_STRIDE
 
@@ -68,9 +67,7 @@ def look(
     origin,
     ray,
     pixel_angle,
-    thread,
     has_sheer: ti.template(),
-    on_gpu: ti.template(),
 ):
     """First the opaque surface, then the panes and cut-outs before it, front to back; as in `paint.paint`.
 
@@ -82,9 +79,7 @@ def look(
     layers = 0
     while root >= 0:
         hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
-        if ti.static(on_gpu):
-            hit, _ = trace_gpu(nodes, leaves, root, -1, origin + ray * start, ray, seen.hit.t - start, thread, 0)
-        elif layers == 0:
+        if layers == 0 and not ti.static(is_on_gpu()):
             hit = met(hits, place, ti.select(root == 0, 0, 1))
         else:
             hit = trace(nodes, leaves, root, origin + ray * start, ray, seen.hit.t - start, False)
@@ -179,10 +174,8 @@ def see(
     width: ti.i32,
     height: ti.i32,
     has_sheer: ti.template(),
-    on_gpu: ti.template(),
 ):
     """Depth and instance of every pixel of `count` pictures, where `primary.see` leaves them."""
-    ti.loop_config(block_dim=BLOCK)
     for index in range(count * ((width + 7) >> 3) * ((height + 3) >> 2) * 32):
         picture, x, y = tile_pixel(index, width, height)
         if x < width and y < height:
@@ -201,9 +194,7 @@ def see(
                 camera_origin(cameras, eye),
                 camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5),
                 1.0 / cameras[eye + 12],
-                index & (BLOCK - 1),
                 has_sheer,
-                on_gpu,
             )
             words[depth_at + pixel] = ti.select(seen.near_t < FAR, ti.bit_cast(seen.near_t, ti.i32), INFINITY_BITS)
             words[instance_at + pixel] = seen.near_instance
@@ -234,10 +225,8 @@ def glance(
     width: ti.i32,
     height: ti.i32,
     has_sheer: ti.template(),
-    on_gpu: ti.template(),
 ):
     """The same and colours, one word for each pixel: red in its lowest byte, then green and blue."""
-    ti.loop_config(block_dim=BLOCK)
     for index in range(count * ((width + 7) >> 3) * ((height + 3) >> 2) * 32):
         picture, x, y = tile_pixel(index, width, height)
         if x < width and y < height:
@@ -258,9 +247,7 @@ def glance(
                 origin,
                 ray,
                 1.0 / cameras[eye + 12],
-                index & (BLOCK - 1),
                 has_sheer,
-                on_gpu,
             )
             words[depth_at + pixel] = ti.select(seen.near_t < FAR, ti.bit_cast(seen.near_t, ti.i32), INFINITY_BITS)
             words[instance_at + pixel] = seen.near_instance

@@ -156,9 +156,7 @@ def glance_tiles(
                             origin,
                             lane3(ray, lane),
                             pixel_angle,
-                            0,
                             True,
-                            False,
                         )
                         t[lane], u[lane], v[lane] = seen.hit.t, seen.hit.u, seen.hit.v
                         triangle[lane] = seen.hit.triangle

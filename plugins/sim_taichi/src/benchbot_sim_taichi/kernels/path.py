@@ -6,7 +6,7 @@ its own lobes; what both strategies find is shared between them. Panes pass ligh
 solid glass refracts, and lets no shadow ray pass.
 """
 
-from benchbot_sim_taichi._ti import ti
+from benchbot_sim_taichi._ti import is_on_gpu, ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.glance import tile_pixel
 from benchbot_sim_taichi.kernels.lanes import negated
@@ -22,8 +22,7 @@ from benchbot_sim_taichi.kernels.reflectance import (
 )
 from benchbot_sim_taichi.kernels.sampling import bounded, cosine_direction, draw, hash_u32, power_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
-from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
-from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK, trace_gpu
+from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, trace_narrow, vec3
 
 OFFSET_M = 5e-4
 MAX_PANES = 32
@@ -88,14 +87,12 @@ def trace_paths(
     brightest: ti.f32,
     strategies: ti.i32,
     seed: ti.i32,
-    on_gpu: ti.template(),
 ):
     """Add `samples` paths of at most `bounces` reflections to each pixel's sum of radiance.
 
     What reaches a surface by way of others counts up to `brightest`. `strategies` is for tests: `LIGHTS_ONLY` looks
     for lights where it can, `LOBES_ONLY` meets them by chance.
     """
-    ti.loop_config(block_dim=BLOCK)
     for index in range(((width + 7) >> 3) * ((height + 3) >> 2) * 32):
         _picture, x, y = tile_pixel(index, width, height)
         pixel = y * width + x
@@ -203,13 +200,10 @@ def trace_paths(
                 is_search = stage < GO_ON
                 hit = Hit(t=FAR, triangle=-1, u=0.0, v=0.0)
                 is_blocked = False
-                if ti.static(on_gpu):
+                if ti.static(is_on_gpu()):
                     any_hit = ti.cast(is_search and first_root == 0, ti.i32)
                     then = ti.select(first_root == 0, sheer_root, -1)
-                    thread = index & (BLOCK - 1)
-                    hit, is_blocked = trace_gpu(
-                        nodes, leaves, first_root, then, origin, direction, reach, thread, any_hit
-                    )
+                    hit, is_blocked = trace_narrow(nodes, leaves, first_root, then, origin, direction, reach, any_hit)
                 else:
                     root = first_root
                     nearest = reach

@@ -9,7 +9,6 @@ from benchbot_sim_taichi.kernels.motion import doubles
 from benchbot_sim_taichi.kernels.packet import RAYS, packet_from, trace_packet
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
-from benchbot_sim_taichi.kernels.traversal_gpu import BLOCK
 
 FEATURE_STRIDE = 6
 
@@ -30,10 +29,8 @@ def find_features(
     width: ti.i32,
     height: ti.i32,
     has_sheer: ti.template(),
-    on_gpu: ti.template(),
 ):
     """Reflectance and normal (6 values) of the opaque surface that each pixel shows; the sky's are 1 and 0."""
-    ti.loop_config(block_dim=BLOCK)
     for pixel in range(count * width * height):
         x, y, _, eye = locate(pixel, width, height)
         origin = camera_origin(cameras, eye)
@@ -51,9 +48,7 @@ def find_features(
             origin,
             ray,
             1.0 / cameras[eye + 12],
-            pixel & (BLOCK - 1),
             has_sheer,
-            on_gpu,
         )
         reflectance = vec3(1.0)
         normal = vec3(0.0)

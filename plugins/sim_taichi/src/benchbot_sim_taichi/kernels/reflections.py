@@ -101,9 +101,16 @@ def reflect(
     height: ti.i32,
     seed: ti.i32,
 ):
-    """Trace what pixels mirror: radiance into their mirror, `UNSEEN` where neighbours are to speak for them."""
-    for pixel in range(count * width * height):
-        x, y, _, eye = locate(pixel, width, height)
+    """Trace what pixels mirror: radiance into their mirror, `UNSEEN` where neighbours are to speak for them.
+
+    In each row first those of the chessboard's one colour, then the others: threads beside one another then have
+    either all or none a glossy surface's ray to trace.
+    """
+    for number in range(count * width * height):
+        x, y, first, eye = locate(number, width, height)
+        before = (width + 1 - (y & 1)) >> 1
+        x = ti.select(x < before, 2 * x + (y & 1), 2 * (x - before) + 1 - (y & 1))
+        pixel = first + y * width + x
         kind = gloss(kinds[pixel])
         out = pixel * MIRROR_STRIDE
         if kind == GLOSSY and (x ^ y) & 1 == 1:

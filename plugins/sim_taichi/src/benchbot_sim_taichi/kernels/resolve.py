@@ -371,60 +371,79 @@ def resolve_pixels(
     kinds: ints,
     centers: floats,
     radiance: floats,
+    listed: ints,
+    samples: floats,
     count: ti.i32,
     width: ti.i32,
     height: ti.i32,
 ):
-    """Exposed linear radiance (3 per pixel) on a GPU, from its `centers` alone where the neighbours look the same."""
+    """Exposed linear radiance (3 per pixel) on a GPU, from its `centers` alone where the neighbours look the same.
+
+    The others are `listed`, from the second place on, in any order: their number, in the first. Threads that have
+    nothing to trace would otherwise wait for those that have. `samples` (3 each) are what is traced for them.
+    """
+    listed[0] = 0
     for pixel in range(count * width * height):
-        x, y, first, eye = locate(pixel, width, height)
-        total = load3(centers, pixel * 3)
+        x, y, first, _ = locate(pixel, width, height)
         if at_edge(centers, guide, shades, kinds, first, x, y, width, height):
-            origin = camera_origin(cameras, eye)
-            for s in range(SAMPLES):
-                px, py = point_in_pixel(x, y, s)
-                ray = camera_ray(cameras, eye, px, py)
-                hits = ti.Vector([0.0] * 8)
-                hits[1] = ti.bit_cast(-1, ti.f32)
-                hits[5] = ti.bit_cast(-1, ti.f32)
-                reach = FAR
-                for part in range(2):
-                    root = ti.select(part == 0, 0, sheer_root)
-                    if root >= 0:
-                        hit = trace(nodes, leaves, root, origin, ray, reach, False)
-                        reach = ti.min(reach, hit.t)
-                        hits[part * 4] = hit.t
-                        hits[part * 4 + 1] = ti.bit_cast(hit.triangle, ti.f32)
-                        hits[part * 4 + 2] = hit.u
-                        hits[part * 4 + 3] = hit.v
-                value = seen_through(
-                    nodes,
-                    leaves,
-                    sheer_root,
-                    triangles,
-                    materials,
-                    texels,
-                    images,
-                    env,
-                    places,
-                    index,
-                    light,
-                    shades,
-                    mirrors,
-                    kinds,
-                    origin,
-                    ray,
-                    1.0 / cameras[eye + 12],
-                    hits,
-                    (y * width + x) * SAMPLES + s,
-                    first,
-                    x,
-                    y,
-                    width,
-                    height,
-                )
-                total += compress(value * load3(cameras, eye + 16))
-            total /= ti.cast(SAMPLES + 1, ti.f32)
-        color = expand(total)
+            listed[ti.atomic_add(listed[0], 1) + 1] = pixel
+        else:
+            color = expand(load3(centers, pixel * 3))
+            for c in ti.static(range(3)):
+                radiance[pixel * 3 + c] = color[c]
+    for sample in range(listed[0] * SAMPLES):
+        s = sample % SAMPLES
+        x, y, first, eye = locate(listed[sample // SAMPLES + 1], width, height)
+        origin = camera_origin(cameras, eye)
+        px, py = point_in_pixel(x, y, s)
+        ray = camera_ray(cameras, eye, px, py)
+        hits = ti.Vector([0.0] * 8)
+        hits[1] = ti.bit_cast(-1, ti.f32)
+        hits[5] = ti.bit_cast(-1, ti.f32)
+        reach = FAR
+        for part in range(2):
+            root = ti.select(part == 0, 0, sheer_root)
+            if root >= 0:
+                hit = trace(nodes, leaves, root, origin, ray, reach, False)
+                reach = ti.min(reach, hit.t)
+                hits[part * 4] = hit.t
+                hits[part * 4 + 1] = ti.bit_cast(hit.triangle, ti.f32)
+                hits[part * 4 + 2] = hit.u
+                hits[part * 4 + 3] = hit.v
+        value = seen_through(
+            nodes,
+            leaves,
+            sheer_root,
+            triangles,
+            materials,
+            texels,
+            images,
+            env,
+            places,
+            index,
+            light,
+            shades,
+            mirrors,
+            kinds,
+            origin,
+            ray,
+            1.0 / cameras[eye + 12],
+            hits,
+            (y * width + x) * SAMPLES + s,
+            first,
+            x,
+            y,
+            width,
+            height,
+        )
+        shown = compress(value * load3(cameras, eye + 16))
+        for c in ti.static(range(3)):
+            samples[sample * 3 + c] = shown[c]
+    for number in range(listed[0]):
+        pixel = listed[number + 1]
+        total = load3(centers, pixel * 3)
+        for s in range(SAMPLES):
+            total += load3(samples, (number * SAMPLES + s) * 3)
+        color = expand(total / ti.cast(SAMPLES + 1, ti.f32))
         for c in ti.static(range(3)):
             radiance[pixel * 3 + c] = color[c]
