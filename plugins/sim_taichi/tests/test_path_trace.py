@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi.kernels.path import LIGHTS_ONLY, LOBES_ONLY
+from benchbot_sim_taichi.kernels.path import BOTH, LIGHTS_ONLY, LOBES_ONLY
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
@@ -73,6 +73,18 @@ def test_both_ways_to_find_light_agree(tmp_path: Path, kernel_cache: Path) -> No
     both = exposed(renderer, pose, 256)
     assert exposed(renderer, pose, 256, strategies=LIGHTS_ONLY) == pytest.approx(both, rel=0.03)
     assert exposed(renderer, pose, 256, strategies=LOBES_ONLY) == pytest.approx(both, rel=0.03)
+
+
+@pytest.mark.parametrize("strategies", [BOTH, LIGHTS_ONLY, LOBES_ONLY])
+def test_a_closed_lamp_is_dark_within_whichever_way_light_is_found(
+    tmp_path: Path, kernel_cache: Path, strategies: int
+) -> None:
+    """Two shells of a shade would else be an oven whose glow comes out between them at the rim."""
+    glb = Glb()
+    glb.box("lamp", (-1, -1, -1), (1, 1, 1), glb.material((0.8,) * 3, emission=(1.0, 1.0, 1.0)))
+    renderer = Renderer(load_scene(glb.write(tmp_path / "a.glb")), DARK, cache_dir=kernel_cache)
+    assert not exposed(renderer, looking((0.0, 0.0, 0.0), 0.0), 16, strategies=strategies).any()
+    assert exposed(renderer, looking((-3.0, 0.0, 0.0), 0.0), 16, strategies=strategies).all()
 
 
 def test_windows_found_by_chance_give_the_light_of_windows_looked_for(tmp_path: Path, kernel_cache: Path) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from benchbot_sim_taichi.quality import Quality
     from benchbot_sim_taichi.renderer import Renderer
 
-BOUNCES = 12
+BOUNCES = 64  # white rooms have 1 % of their light from beyond 12
 BRIGHTEST_BOUNCE = 100.0  # of exposed radiance: a white wall in the sun, and keeps a lucky path from owning its pixel
 SAMPLES_AT_ONCE = 32
 CONVERGED_BYTES = 0.5

@@ -10,7 +10,7 @@ from benchbot_sim_taichi._ti import is_on_gpu, ti
 from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray
 from benchbot_sim_taichi.kernels.glance import tile_pixel
 from benchbot_sim_taichi.kernels.lanes import negated
-from benchbot_sim_taichi.kernels.light import is_sun, outlook, sun_direction
+from benchbot_sim_taichi.kernels.light import is_sun, light_cosine, outlook, sun_direction
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_row
 from benchbot_sim_taichi.kernels.reflectance import (
     LEAST_COSINE,
@@ -23,6 +23,7 @@ from benchbot_sim_taichi.kernels.reflectance import (
 from benchbot_sim_taichi.kernels.sampling import bounded, cosine_direction, draw, hash_u32, power_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, trace_narrow, vec3
+from benchbot_sim_taichi.lights import LIGHT_STRIDE
 
 OFFSET_M = 5e-4
 MAX_PANES = 32
@@ -266,9 +267,16 @@ def trace_paths(
                             in_flight = False
                         else:
                             other = 0.0
-                            if was_lit and light >= portals:
-                                other = density_in_row(near, lights, row, 1, portals, light, point - vertex, direction)
-                            radiance += bounded(through * surface.emission * share(density, other, strategies), limit)
+                            emitted = surface.emission
+                            if light >= portals:
+                                # Behind a closed lamp's faces there is no room: between two shells it would be an oven.
+                                if light_cosine(lights, light * LIGHT_STRIDE, direction) <= 0.0:
+                                    emitted = vec3(0.0)
+                                if was_lit:
+                                    other = density_in_row(
+                                        near, lights, row, 1, portals, light, point - vertex, direction
+                                    )
+                            radiance += bounded(through * emitted * share(density, other, strategies), limit)
                             depth += 1
                             running = depth <= bounces
                             face = surface.face
