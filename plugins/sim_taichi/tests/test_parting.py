@@ -66,6 +66,53 @@ def test_what_is_beside_a_pane_stays_whole(tmp_path: Path) -> None:
     assert parting.parted(scene) is scene
 
 
+def test_reveals_beside_a_window_s_frame_are_cut_and_walls_before_it_are_not_set_apart(tmp_path: Path) -> None:
+    reveal = np.array([[[1.1, -0.15, -1], [1.1, 0.1, -1], [1.1, 0.1, 1]]])
+    assert len(parting.parted(beside_a_pane(reveal, tmp_path)).triangles) == 2 + 3
+    wall = np.array([[[1.1, -0.1, -1], [3.0, -0.1, -1], [1.1, -0.1, 1]]])
+    assert not parting.sides(beside_a_pane(wall, tmp_path)).any()
+
+
+@pytest.mark.xdist_group("renderer")
+def test_a_reveal_gets_no_daylight_through_the_window_s_frame(tmp_path: Path, kernel_cache: Path) -> None:
+    glb = Glb()
+    black, white, frame = (glb.material((share,) * 3) for share in (0.01, 0.8, 0.3))
+    for name, low, high in (
+        ("floor", (-1.5, -3, -1.1), (1.5, -0.15, -1)),
+        ("ceiling", (-1.5, -3, 1), (1.5, -0.15, 1.1)),
+        ("west", (-1.5, -3, -1.1), (-1.4, -0.15, 1.1)),
+        ("east", (1.4, -3, -1.1), (1.5, -0.15, 1.1)),
+        ("south", (-1.5, -3.1, -1.1), (1.5, -3, 1.1)),
+    ):
+        glb.box(name, low, high, black)
+    for name, low, high in (
+        ("left", (-1.5, -0.15, -1.1), (-0.67, 0.1, 1.1)),
+        ("right", (0.67, -0.15, -1.1), (1.5, 0.1, 1.1)),
+        ("below", (-0.67, -0.15, -1.1), (0.67, 0.1, -0.67)),
+        ("above", (-0.67, -0.15, 0.67), (0.67, 0.1, 1.1)),
+    ):
+        glb.box(name, low, high, white)
+    for side in (-1, 1):
+        low, high = sorted((side * 0.6, side * 0.67))
+        glb.box(f"post {side}", (low, -0.035, -0.67), (high, 0.035, 0.67), frame)
+        glb.box(f"rail {side}", (-0.6, -0.035, low), (0.6, 0.035, high), frame)
+    glb.add("pane", 0.6 * PANE, QUAD, glb.material((0.9,) * 3, glass=True, roughness=0.0))
+    scene = load_scene(glb.write(tmp_path / "room.glb"))
+
+    def seen(quality: Quality) -> npt.NDArray[np.float64]:
+        """Return the green of each column of pixels, from the room along the right reveal to the frame."""
+        renderer = Renderer(scene, EVEN_SKY, cache_dir=kernel_cache, quality=quality)
+        frame = renderer.render(looking((-0.6, -0.9, 0.0), 33.0), Intrinsics.from_horizontal_fov(128, 24, 12.0))
+        green: npt.NDArray[np.float64] = frame.rgb[:, :, 1].mean(axis=0)
+        return green
+
+    ours, paths = seen(REALTIME), seen(PATH)
+
+    reveal = slice(52, 90)
+    assert np.ptp(paths[reveal]) > 25
+    assert np.abs(ours - paths)[reveal].mean() < 6  # 12 where the day's light is averaged with the room's
+
+
 @pytest.mark.xdist_group("renderer")
 def test_a_rail_is_lit_before_the_pane_by_the_day_and_behind_it_by_the_room(tmp_path: Path, kernel_cache: Path) -> None:
     glb = Glb()

@@ -15,7 +15,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 12
+VERSION = 13
 NODES_AT_ONCE = 2**17
 FAR_STEPS: tuple[int, ...] = (2, 4)  # after neighbours: all of 8 x 8 strata count alike
 LOOSE_ROUNDS = 3

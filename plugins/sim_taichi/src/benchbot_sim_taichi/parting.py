@@ -10,6 +10,7 @@ from benchbot_scenes.scene import FloatArray, SceneGeometry
 
 LEAST_PANE_M2 = 0.02
 BESIDE_M = 0.02
+AROUND_M = 0.12  # a window's frame, and its reveals behind that
 THICKNESS_M = 0.0005
 
 Floats = npt.NDArray[np.float64]
@@ -85,7 +86,8 @@ def _planes(scene: SceneGeometry) -> Iterator[_Plane]:
     for number in np.flatnonzero(np.bincount(group, area_m2) >= LEAST_PANE_M2):
         of_plane = np.flatnonzero(group == number)
         points = corner[of_plane].reshape(-1, 3)
-        box = np.stack([points.min(axis=0) - BESIDE_M, points.max(axis=0) + BESIDE_M])
+        margin_m = BESIDE_M + (AROUND_M - BESIDE_M) * (1.0 - np.abs(normal[of_plane[0]]))
+        box = np.stack([points.min(axis=0) - margin_m, points.max(axis=0) + margin_m])
         yield _Plane(normal[of_plane[0]], float(offset_m[of_plane].mean()), box)
 
 
