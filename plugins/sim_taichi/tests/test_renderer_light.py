@@ -13,11 +13,13 @@ from benchbot_sim_taichi import _ti, camera_response, irradiance, light_process
 from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
+from benchbot_sim_taichi.quality import PATH, REALTIME
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS, albedo_table
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.cameras import looking
+from plugins.sim_taichi.tests.glb import Glb
 
 pytestmark = pytest.mark.xdist_group("renderer")
 
@@ -277,6 +279,23 @@ def test_a_lamps_light_comes_back_from_the_lamp_itself_from_panes_and_from_smoot
 
     expected = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=512))
     assert picture.mean() == pytest.approx(expected.mean(), rel=0.07)
+
+
+def test_a_glossy_floor_mirrors_a_bright_sky_as_bright_as_it_is(tmp_path: Path, kernel_cache: Path) -> None:
+    """Windows by day are a dozen times as bright as what is white in the room."""
+    glb = Glb()
+    glb.box("floor", (-4, -4, -0.1), (4, 4, 0), glb.material((0.02,) * 3, roughness=0.35))
+    sky = Sky((1, 1, 1), (1, 1, 1), (1, 1, 1))
+    lighting = Lighting(sun=Sun(irradiance=(0, 0, 0)), sky=sky, exposure=19.0)
+    scene = load_scene(glb.write(tmp_path / "floor.glb"))
+    ours, paths = (
+        Renderer(scene, lighting, cache_dir=kernel_cache, quality=quality).render(
+            looking((-2.0, 0.0, 0.8), 0.0, -25.0), SMALL
+        )
+        for quality in (REALTIME, PATH)
+    )
+    floor = paths.depth_m < 3.0
+    assert ours.rgb[floor].mean(axis=0) == pytest.approx(paths.rgb[floor].mean(axis=0), abs=3)
 
 
 @pytest.mark.parametrize(

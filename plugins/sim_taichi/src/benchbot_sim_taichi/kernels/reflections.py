@@ -38,7 +38,7 @@ from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
-BRIGHTEST_REFLECTION = 6.0
+BRIGHTEST_REFLECTION = 20.0  # brighter than windows by day
 LEAST_MIRRORED = 0.07
 STEEPEST = 0.02
 UNSEEN = -1.0
