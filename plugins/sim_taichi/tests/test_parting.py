@@ -93,9 +93,9 @@ def test_a_reveal_gets_no_daylight_through_the_window_s_frame(tmp_path: Path, ke
     ):
         glb.box(name, low, high, white)
     for side in (-1, 1):
-        low, high = sorted((side * 0.6, side * 0.67))
-        glb.box(f"post {side}", (low, -0.035, -0.67), (high, 0.035, 0.67), frame)
-        glb.box(f"rail {side}", (-0.6, -0.035, low), (0.6, 0.035, high), frame)
+        near, far = sorted((side * 0.6, side * 0.67))
+        glb.box(f"post {side}", (near, -0.035, -0.67), (far, 0.035, 0.67), frame)
+        glb.box(f"rail {side}", (-0.6, -0.035, near), (0.6, 0.035, far), frame)
     glb.add("pane", 0.6 * PANE, QUAD, glb.material((0.9,) * 3, glass=True, roughness=0.0))
     scene = load_scene(glb.write(tmp_path / "room.glb"))
 

@@ -86,7 +86,7 @@ def test_a_run_is_watched_held_and_driven_and_nothing_that_happens_to_its_watche
     assert (view.paused, view.driven_by_hand, view.progress["steps"]) == (True, 1, 1)
     assert view.usage is not None
     assert view.usage.memory_bytes > 2**20
-    assert len(view.path) > 1
+    assert eventually(lambda: len(feed.view.path) > 1, PATIENCE_S)
     heard = "Hello\\u0007"
     assert eventually(lambda: heard in [line.text for line in feed.view.log if line.source == "solution"], PATIENCE_S)
     assert {"supervisor", "solution"} <= {line.source for line in feed.view.log}

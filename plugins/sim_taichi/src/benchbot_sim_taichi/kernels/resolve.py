@@ -2,7 +2,7 @@
 """Edges at their full worth: more camera rays through pixels that hold several surfaces.
 
 On a processor such pixels are listed, the rays of four of them are traced and shaded at once, each in a lane
-(`first_hits.meet`, `paint_tiles`), and then blended; on a GPU each pixel goes by itself.
+(`first_hits.meet`, `paint_tiles`), and then blended; on a GPU each sample has a thread.
 """
 
 import numpy as np
