@@ -38,6 +38,27 @@ def areas_m2(scene: SceneGeometry) -> npt.NDArray[np.float64]:
     return area / 2
 
 
+def dark_walls(glb: Glb, half_m: float, front_m: float) -> None:
+    """A room 2 m high and open at y = `front_m`."""
+    black, around_m = glb.material((0.01,) * 3), half_m + 0.1
+    for name, low, high in (
+        ("floor", (-half_m, -3, -1.1), (half_m, front_m, -1)),
+        ("ceiling", (-half_m, -3, 1), (half_m, front_m, 1.1)),
+        ("west", (-around_m, -3, -1.1), (-half_m, front_m, 1.1)),
+        ("east", (half_m, -3, -1.1), (around_m, front_m, 1.1)),
+        ("south", (-around_m, -3.1, -1.1), (around_m, -3, 1.1)),
+    ):
+        glb.box(name, low, high, black)
+
+
+def green_of_columns(
+    scene: SceneGeometry, quality: Quality, cache: Path, pose: npt.NDArray[np.float64], camera: Intrinsics
+) -> npt.NDArray[np.float64]:
+    frame = Renderer(scene, EVEN_SKY, cache_dir=cache, quality=quality).render(pose, camera)
+    green: npt.NDArray[np.float64] = frame.rgb[:, :, 1].mean(axis=0)
+    return green
+
+
 hundredths = st.integers(-80, 80).map(lambda number: number / 100)
 triangles = st.lists(st.tuples(*[st.tuples(hundredths, hundredths, hundredths)] * 3), min_size=1, max_size=6)
 
@@ -76,15 +97,8 @@ def test_reveals_beside_a_window_s_frame_are_cut_and_walls_before_it_are_not_set
 @pytest.mark.xdist_group("renderer")
 def test_a_reveal_gets_no_daylight_through_the_window_s_frame(tmp_path: Path, kernel_cache: Path) -> None:
     glb = Glb()
-    black, white, frame = (glb.material((share,) * 3) for share in (0.01, 0.8, 0.3))
-    for name, low, high in (
-        ("floor", (-1.5, -3, -1.1), (1.5, -0.15, -1)),
-        ("ceiling", (-1.5, -3, 1), (1.5, -0.15, 1.1)),
-        ("west", (-1.5, -3, -1.1), (-1.4, -0.15, 1.1)),
-        ("east", (1.4, -3, -1.1), (1.5, -0.15, 1.1)),
-        ("south", (-1.5, -3.1, -1.1), (1.5, -3, 1.1)),
-    ):
-        glb.box(name, low, high, black)
+    white, frame = (glb.material((share,) * 3) for share in (0.8, 0.3))
+    dark_walls(glb, 1.4, -0.15)
     for name, low, high in (
         ("left", (-1.5, -0.15, -1.1), (-0.67, 0.1, 1.1)),
         ("right", (0.67, -0.15, -1.1), (1.5, 0.1, 1.1)),
@@ -99,14 +113,9 @@ def test_a_reveal_gets_no_daylight_through_the_window_s_frame(tmp_path: Path, ke
     glb.add("pane", 0.6 * PANE, QUAD, glb.material((0.9,) * 3, glass=True, roughness=0.0))
     scene = load_scene(glb.write(tmp_path / "room.glb"))
 
-    def seen(quality: Quality) -> npt.NDArray[np.float64]:
-        """Return the green of each column of pixels, from the room along the right reveal to the frame."""
-        renderer = Renderer(scene, EVEN_SKY, cache_dir=kernel_cache, quality=quality)
-        frame = renderer.render(looking((-0.6, -0.9, 0.0), 33.0), Intrinsics.from_horizontal_fov(128, 24, 12.0))
-        green: npt.NDArray[np.float64] = frame.rgb[:, :, 1].mean(axis=0)
-        return green
-
-    ours, paths = seen(REALTIME), seen(PATH)
+    # From the room along the right reveal to the frame.
+    camera = looking((-0.6, -0.9, 0.0), 33.0), Intrinsics.from_horizontal_fov(128, 24, 12.0)
+    ours, paths = (green_of_columns(scene, quality, kernel_cache, *camera) for quality in (REALTIME, PATH))
 
     reveal = slice(52, 90)
     assert np.ptp(paths[reveal]) > 25
@@ -116,27 +125,14 @@ def test_a_reveal_gets_no_daylight_through_the_window_s_frame(tmp_path: Path, ke
 @pytest.mark.xdist_group("renderer")
 def test_a_rail_is_lit_before_the_pane_by_the_day_and_behind_it_by_the_room(tmp_path: Path, kernel_cache: Path) -> None:
     glb = Glb()
-    black = glb.material((0.01,) * 3)
-    for name, low, high in (
-        ("floor", (-1, -3, -1.1), (1, 0, -1)),
-        ("ceiling", (-1, -3, 1), (1, 0, 1.1)),
-        ("west", (-1.1, -3, -1.1), (-1, 0, 1.1)),
-        ("east", (1, -3, -1.1), (1.1, 0, 1.1)),
-        ("south", (-1.1, -3.1, -1.1), (1.1, -3, 1.1)),
-    ):
-        glb.box(name, low, high, black)
+    dark_walls(glb, 1.0, 0.0)
     glb.add("pane", PANE, QUAD, glb.material((0.2,) * 3, glass=True, roughness=0.0))
     glb.box("rail", (-0.03, -0.04, -1.0), (0.03, 0.04, 1.0), glb.material((0.8,) * 3))
     scene = load_scene(glb.write(tmp_path / "room.glb"))
 
-    def seen(quality: Quality) -> npt.NDArray[np.float64]:
-        """Return the green of each column of pixels; the outer half of the rail is seen through the pane."""
-        renderer = Renderer(scene, EVEN_SKY, cache_dir=kernel_cache, quality=quality)
-        frame = renderer.render(looking((-0.7, -0.7, 0.0), 45.0), Intrinsics.from_horizontal_fov(192, 32, 12.0))
-        green: npt.NDArray[np.float64] = frame.rgb[:, :, 1].mean(axis=0)
-        return green
-
-    ours, paths = seen(REALTIME), seen(PATH)
+    # The outer half of the rail is seen through the pane.
+    camera = looking((-0.7, -0.7, 0.0), 45.0), Intrinsics.from_horizontal_fov(192, 32, 12.0)
+    ours, paths = (green_of_columns(scene, quality, kernel_cache, *camera) for quality in (REALTIME, PATH))
 
     sides = slice(55, 100)
     assert np.ptp(paths[sides]) > 5

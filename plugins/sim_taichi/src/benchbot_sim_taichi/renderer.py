@@ -245,7 +245,7 @@ class Renderer:
         device = self.device
         scene = (*device.tree, device.sheer_root, *device.surfaces)
         colors = self._buffer("colors", math.prod(size), np.int32)
-        light = (self.device.lights[0], *self._cells, *camera_response.curves())
+        light = (device.lights[0], *self._cells, *camera_response.curves())
         places = (frames.depth_at(first), frames.instance_at(first))
         has_sheer = device.sheer_root >= 0
         if _ti.is_on_gpu():

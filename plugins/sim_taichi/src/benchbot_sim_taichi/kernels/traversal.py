@@ -3,7 +3,8 @@
 
 Triangle test: Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 
-The eight boxes of a node, and the four triangles of a leaf, are tested at once, each in a lane of its own (`lanes`).
+On a processor the eight boxes of a node, and the four triangles of a leaf, are tested at once, each in a lane of its
+own (`lanes`); on a GPU nodes have four: `trace_narrow`.
 
 Barycentric coordinates are off by rounding, in proportion to distance times edges over the determinant. A triangle is
 met that far beyond its edges (`EDGE`), so that no ray slips between two that share one.
