@@ -61,6 +61,25 @@ def ceiling_lamp(path: Path, gap_m: float = 0.01) -> Path:
     return glb.write(path)
 
 
+def picture_on_a_wall(path: Path) -> Path:
+    """A closed room; a picture of 60 x 40 x 3 cm on its wall at y = 0, from z = 1.2 up, and a lamp above before it."""
+    glb = Glb()
+    glb.box("walls", (-2, -3, 0), (2, 0, 2.5), glb.material((0.5,) * 3), inward=True)
+    glb.box("picture", (-0.3, -0.03, 1.2), (0.3, 0, 1.6), glb.material((0.3,) * 3))
+    glb.box("lamp", (-0.1, -0.9, 2.3), (0.1, -0.7, 2.4), glb.material((0.8,) * 3, emission=(10.0,) * 3))
+    return glb.write(path)
+
+
+def sill_below_a_roof(path: Path) -> Path:
+    """A wall at y = 0; a roof shades it down to z = 0.87 from a sun 60° high, not all of a sill of 15 cm at z = 1."""
+    glb = Glb()
+    plaster = glb.material((0.7,) * 3)
+    glb.box("wall", (-2, 0, 0), (2, 0.1, 2.1), plaster)
+    glb.box("roof", (-2, -0.65, 2.0), (2, 0, 2.1), glb.material((0.0,) * 3))
+    glb.box("sill", (-0.5, -0.15, 0.97), (0.5, 0, 1.0), plaster)
+    return glb.write(path)
+
+
 def lit_and_dark_room(path: Path) -> Path:
     """Two rooms of 2 x 2 x 2 m under one ceiling, parted by a wall of 6 cm about x = 0; a lamp is in that of x < 0."""
     glb = Glb()

@@ -298,6 +298,35 @@ def test_a_glossy_floor_mirrors_a_bright_sky_as_bright_as_it_is(tmp_path: Path, 
     assert ours.rgb[floor].mean(axis=0) == pytest.approx(paths.rgb[floor].mean(axis=0), abs=3)
 
 
+def test_a_picture_throws_its_narrow_shadow_on_the_wall(tmp_path: Path, kernel_cache: Path) -> None:
+    """It is 3 cm thick; the shadow below it, of a lamp above, is about as wide, and has four rows of pixels."""
+    renderer = Renderer(load_scene(rooms.picture_on_a_wall(tmp_path / "wall.glb")), NIGHT, cache_dir=kernel_cache)
+    pose = looking((0.0, -0.5, 1.2), 90.0)
+
+    rows = renderer.render(pose, SMALL).rgb[27:48, 24:72].mean(axis=(1, 2))
+
+    paths = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=1024))
+    expected = paths[27:48, 24:72].mean(axis=(1, 2))
+    assert expected[:4].max() < 0.5 * expected[8:].min()
+    assert np.abs(rows - expected)[:4].mean() < 11
+    assert rows[4:] == pytest.approx(expected[4:], abs=5)
+
+
+def test_a_small_place_in_the_sun_lights_what_is_beside_it_evenly(tmp_path: Path, kernel_cache: Path) -> None:
+    """The same all along a sill, of which only the outer part is in the sun and few of the rays about meet it."""
+    sun = Sun(azimuth_deg=270.0, elevation_deg=60.0)
+    lighting = Lighting(sun=sun, sky=Sky(*[(0.0,) * 3] * 3), exposure=3.0)
+    renderer = Renderer(load_scene(rooms.sill_below_a_roof(tmp_path / "sill.glb")), lighting, cache_dir=kernel_cache)
+    pose = looking((0.0, -0.5, 1.25), 90.0)
+
+    wall = renderer.render(pose, SMALL).rgb[4:36, 16:80].mean(axis=2)
+
+    paths = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=512))
+    squares = wall.reshape(8, 4, 16, 4).mean(axis=(1, 3))
+    assert squares.std(axis=1).max() < 4
+    assert wall.mean() == pytest.approx(paths[4:36, 16:80].mean(), abs=8)
+
+
 @pytest.mark.parametrize(
     ("sun", "sky"),
     [

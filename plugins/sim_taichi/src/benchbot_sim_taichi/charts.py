@@ -16,13 +16,13 @@ from benchbot_sim_taichi import _ti, parting
 from benchbot_sim_taichi.bvh import usable
 from benchbot_sim_taichi.lights import is_sheet
 
-NODE_M = 0.05
+NODE_M = 0.025
 LOOSE_M = 0.0375
 LOOSE_INSET_M = 0.005
 STRIP_M = 0.10
 LONGEST_LOOSE_EDGE_M = 0.06
 SMALLEST_CHART_M2 = 0.004
-AREA_POINTS = 8  # of each node, to find how much of the surface it stands for
+AREA_POINTS = 4  # of each node, to find how much of the surface it stands for
 FLAT = np.cos(np.radians(1.0))
 NODE_STRIDE = 5
 PLACE_STRIDE = 8

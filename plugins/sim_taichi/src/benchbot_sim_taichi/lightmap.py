@@ -15,9 +15,11 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 13
+VERSION = 14
 NODES_AT_ONCE = 2**17
-FAR_STEPS: tuple[int, ...] = (2, 4)  # after neighbours: all of 8 x 8 strata count alike
+NEAR_STEPS = ((1, 2.0), (2, 0.05), (4, 0.05))
+"""How far apart nodes are averaged, and how different they may be: all neighbours, then those that are alike."""
+FAR_STEPS = (2, 4, 8)  # of all nodes: light from afar changes slowly
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
 
@@ -96,16 +98,17 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
     for run in _runs(count, "the simulator lights surfaces by way of others"):
         kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)
-    for down in (0, 1):
-        smoothing.smooth(raw, charted, index, other, count, down, 1, 0, 10)
-        raw, other = other, raw
+    for step, most_apart in NEAR_STEPS:
+        for down in (0, 1):
+            smoothing.smooth(raw, charted, index, other, count, down, step, most_apart, 0, 10)
+            raw, other = other, raw
     for _ in range(LOOSE_ROUNDS):
         smoothing.smooth_loose(raw, charted, *links, other, count)
         raw, other = other, raw
     narrow = _ti.upload(_ti.download(raw).copy())
     for step in FAR_STEPS:
         for down in (0, 1):
-            smoothing.smooth(raw, charted, index, other, count, down, step, 6, 10)
+            smoothing.smooth(raw, charted, index, other, count, down, step, 2.0, 6, 10)
             raw, other = other, raw
     smoothing.finish(narrow, raw, charted, index, *links, light, count)
     _ti.save_kernels()

@@ -36,12 +36,12 @@ from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 RAW_STRIDE = 12
 PI = 3.14159265
 NEAR_M = 0.5
+NEAR_SUN_M = 0.1  # a sill in the sun is small, and so bright that rays which meet it by chance are spots
 DIRECT_RAYS = 16
 GATHERED_RAYS = 24
 SUN_RAYS = 8
 PROBES = 6  # to find out whether a node is hidden
 PATCHES = 16
-CHARTED_TIMES = 2  # the rays of other nodes: flat surfaces show noise first
 MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
@@ -50,27 +50,22 @@ HIDDEN_WEIGHT = 1e-3
 
 @ti.dataclass
 class Node:
-    """A node's place, lifted off its surface, its normal and its face's; stratum, scramble and number of its rays.
-
-    A chart's node takes `times` as many rays.
-    """
+    """A node's place, lifted off its surface, its normal and its face's; stratum and scramble of its rays."""
 
     point: vec3
     normal: vec3
     face: vec3
     rank: ti.i32
     scramble: ti.i32
-    times: ti.i32
 
 
 @ti.func
 def node_at(triangles: ti.template(), vertices: ti.template(), samples: ti.template(), charted: ti.template(), node):
-    """Return where a node is, and how many times the rays of others it takes."""
+    """Return where a node is, and which rays it takes."""
     normal, face = sample_normals(triangles, samples, node)
-    is_charted = charted[node * NODE_STRIDE] >= 0
     rank = ti.cast(hash_u32(node) & 63, ti.i32)
     scramble = 0
-    if is_charted:
+    if charted[node * NODE_STRIDE] >= 0:
         x, y = charted[node * NODE_STRIDE + 1], charted[node * NODE_STRIDE + 2]
         rank = interleave_index(x, y)
         scramble = ti.cast(hash_u32((y >> 3) * 65536 + (x >> 3)) >> 8, ti.i32)
@@ -80,7 +75,6 @@ def node_at(triangles: ti.template(), vertices: ti.template(), samples: ti.templ
         face=face,
         rank=rank,
         scramble=scramble,
-        times=ti.select(is_charted, CHARTED_TIMES, 1),
     )
 
 
@@ -123,7 +117,7 @@ def light_directly(
         direct = vec3(0.0)
         covered = 0.0
         sun = 0.0
-        rays = ti.select(is_hidden, 0, DIRECT_RAYS * here.times)
+        rays = ti.select(is_hidden, 0, DIRECT_RAYS)
         for k in range(ti.select(is_hidden, 0, rays * 2 + SUN_RAYS)):
             kind = ti.select(k < rays, 0, ti.select(k < rays * 2, 1, 2))
             toward = load3(env, 0)
@@ -255,9 +249,9 @@ def gather(
     """Find the light that comes to the same nodes by way of other surfaces, and how much each node counts.
 
     What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine
-    from beyond `NEAR_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near` chooses
-    one of their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up), and
-    `colors` (3 per patch) are what each sends, divided by that part.
+    from beyond `NEAR_SUN_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near`
+    chooses one of their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up),
+    and `colors` (3 per patch) are what each sends, divided by that part.
     """
     for node in range(first, first + count):
         at = node * RAW_STRIDE
@@ -268,7 +262,7 @@ def gather(
         backs = 0.0
         blocked = 0.0
         was_hidden = raw[at + 11] != 1.0
-        rays = ti.select(was_hidden, 0, GATHERED_RAYS * here.times)
+        rays = ti.select(was_hidden, 0, GATHERED_RAYS)
         for k in range(rays):
             toward = cosine_direction(here.normal, sobol_2d(here.rank * rays + k, here.scramble + seed + 3))
             if toward.dot(here.face) > 0.0:
@@ -299,7 +293,7 @@ def gather(
                 elif end.hit.triangle >= 0:
                     stored = stored_light(places, index, light, triangles, end.hit, surface.face)
                     total = stored.irradiance
-                    if end.mirrors > 0 or not is_far:
+                    if end.mirrors > 0 or end.hit.t < NEAR_SUN_M:
                         sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         total += sunlight
                         if end.mirrors > 0:
@@ -322,9 +316,11 @@ def gather(
                     near_light += radiance
         counted = ti.cast(rays, ti.f32)
         scale = 1.0 / ti.max(counted - backs, 1.0)
-        from_patches = vec3(0.0)
+        near_patches = vec3(0.0)
+        far_patches = vec3(0.0)
         largest = vec3(0.0)
-        taken = ti.select(clusters > 0 and rays > 0, PATCHES * here.times, 0)
+        is_largest_near = False
+        taken = ti.select(clusters > 0 and rays > 0, PATCHES, 0)
         row = 0
         if clusters > 0:
             row = row_near(clusters_near, shifted(clusters_near, here.point, here.normal, here.rank), here.normal)
@@ -336,7 +332,7 @@ def gather(
             other = node_at(triangles, vertices, samples, charted, patches[patch])
             offset = other.point - here.point
             distance2 = offset.norm_sqr()
-            if distance2 > NEAR_M * NEAR_M:
+            if distance2 > NEAR_SUN_M * NEAR_SUN_M:
                 distance = ti.sqrt(distance2)
                 toward = offset / distance
                 received = here.normal.dot(toward)
@@ -351,20 +347,28 @@ def gather(
                         found *= directed(
                             triangles, materials, texels, images, env, samples, patches[patch], other, toward
                         )
-                    from_patches += found
+                    if distance < NEAR_M:
+                        near_patches += found
+                    else:
+                        far_patches += found
                     if found.max() > largest.max():
                         largest = found
+                        is_largest_near = distance < NEAR_M
         # A patch that is chosen once in thousands of nodes would be a bright spot: one counts as all else at most.
-        all_else = from_patches - largest + (near_light + far_light) * (scale / INV_PI)
-        from_patches += largest * (ti.min(all_else.max() / ti.max(largest.max(), 1e-9), 1.0) - 1.0)
+        all_else = near_patches + far_patches - largest + (near_light + far_light) * (scale / INV_PI)
+        largest *= ti.min(all_else.max() / ti.max(largest.max(), 1e-9), 1.0) - 1.0
+        if is_largest_near:
+            near_patches += largest
+        else:
+            far_patches += largest
         is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
         for i in ti.static(range(3)):
-            raw[at + 3 + i] = near_light[i] * (scale / INV_PI)
-            raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + from_patches[i]
+            raw[at + 3 + i] = near_light[i] * (scale / INV_PI) + near_patches[i]
+            raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + far_patches[i]
         raw[at + 9] = open_share * scale
         # A node that is no chart's may lie between two shells of a thing, and lattices of the outer one share it.
-        is_between = here.times == 1 and open_share == 0.0
+        is_between = charted[node * NODE_STRIDE] < 0 and open_share == 0.0
         raw[at + 11] = ti.select(is_between, HIDDEN_WEIGHT, 1.0)
         if is_hidden:
             for i in ti.static(range(3)):

@@ -10,6 +10,22 @@ from benchbot_sim_taichi.kernels.traversal import floats, ints, vec3
 SUN_EDGE = 0.02
 
 
+@ti.func
+def distinction(source: ti.template(), one, other):
+    """Return how much two nodes differ: in direct light, as part of all light of both, and in what is open.
+
+    Light by way of surfaces is left out, whose noise would be taken for edges.
+    """
+    apart = 0.0
+    total = 0.0
+    for c in ti.static(range(9)):
+        total += source[one * RAW_STRIDE + c] + source[other * RAW_STRIDE + c]
+        if ti.static(c < 3):
+            apart += source[one * RAW_STRIDE + c] - source[other * RAW_STRIDE + c]
+    opened = source[one * RAW_STRIDE + 9] - source[other * RAW_STRIDE + 9]
+    return ti.abs(apart) / ti.max(total, 1e-9) + 0.5 * ti.abs(opened)
+
+
 @ti.kernel
 def smooth(
     source: floats,
@@ -19,12 +35,15 @@ def smooth(
     count: ti.i32,
     down: ti.i32,
     step: ti.i32,
+    most_apart: ti.f32,
     first: ti.template(),
     last: ti.template(),
 ):
-    """Average values `first` to `last` - 1 of charts' nodes over others `step` apart: 5 of neighbours, else 3.
+    """Average values `first` to `last` - 1 of charts' nodes over those `step` before and after.
 
-    The outermost count half, so that every stratum counts alike.
+    These count half, so that every stratum counts alike. Nodes whose `distinction` is above `most_apart` count less,
+    and nothing from twice that on, so that shadows keep their edges (edge-avoiding à-trous wavelets: Dammertz, Sewtz,
+    Hanika and Lensch, 2010); 2 has all of them count.
     """
     for node in range(count):
         at = node * RAW_STRIDE
@@ -35,14 +54,14 @@ def smooth(
             place = charted[node * NODE_STRIDE + ti.select(down == 1, 2, 1)]
             size = charted[node * NODE_STRIDE + ti.select(down == 1, 4, 3)]
             stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
-            reach = 1
             weights = 0.0
             total = ti.Vector([0.0] * RAW_STRIDE)
-            for k in range(-reach, reach + 1):
+            for k in range(-1, 2):
                 if 0 <= place + k * step < size:
                     other = index[entry + k * stride]
                     if other >= 0:
-                        weight = ti.select(ti.abs(k) == reach, 0.5, 1.0) * source[other * RAW_STRIDE + 11]
+                        weight = ti.select(k != 0, 0.5, 1.0) * source[other * RAW_STRIDE + 11]
+                        weight *= ti.math.clamp(2.0 - distinction(source, node, other) / most_apart, 0.0, 1.0)
                         for c in ti.static(range(first, last)):
                             total[c] += weight * source[other * RAW_STRIDE + c]
                         weights += weight
