@@ -43,9 +43,7 @@ from benchbot_sim_taichi.quality import FAST, REALTIME, Quality
 from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 from benchmarks import plain_walls, views
 from benchmarks.bench_quality import LUMA, compare
-from benchmarks.gallery import light_at
 
-TIMES = {"day": "noon", "evening": "evening", "night": "night"}
 QUALITIES = {quality.name: quality for quality in (REALTIME, FAST)}
 LEAST_SIGMA = 0.1  # bytes: less is neither seen nor measured
 DIFFERENCE_GAIN, BAND_GAIN = 8, 16
@@ -106,7 +104,7 @@ FLOORS = (
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", metavar="NAME:VARIANT", help="these environments; otherwise all")
-    parser.add_argument("--times", nargs="+", choices=TIMES, default=list(TIMES))
+    parser.add_argument("--times", nargs="+", choices=views.TIMES, default=list(views.TIMES))
     parser.add_argument("--quality", choices=QUALITIES, default=REALTIME.name, help="of our pictures")
     parser.add_argument("--device", choices=_ti.DEVICES, default="cpu")
     parser.add_argument("--width", type=int, default=480)
@@ -165,7 +163,7 @@ def measure(environment: Declaration, at: str, cache: Path, options: argparse.Na
     places = views.median_places(environment, scene, cache, options.device, options.views)
     poses = views.camera_poses(environment)[places]
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 9 // 16, 90.0)
-    lighting = Lighting.from_mapping(light_at(TIMES[at], environment.data.get("lighting") or {}))
+    lighting = Lighting.from_mapping(views.light_at(at, environment.data.get("lighting") or {}))
     ours = Renderer(scene, lighting, cache_dir=cache, device=options.device, quality=QUALITIES[options.quality])
     half = Quality("path", max(options.samples // 2, 1))
     paths = [
@@ -260,7 +258,7 @@ def wall_ratio(rows: Sequence[Row]) -> float:
 def summary(rows: Sequence[Row]) -> Iterator[str]:
     """Medians by time of day, and which floors hold: in how many pictures, in the median, and the worst."""
     yield "\nmedian"
-    for at in TIMES:
+    for at in views.TIMES:
         if there := [row for row in rows if row.time == at]:
             yield line(f"{at}, {len(there)}", there)
     yield line(f"all, {len(rows)}", rows)
@@ -280,7 +278,7 @@ def markdown(rows: Sequence[Row]) -> Iterator[str]:
     head = "SSIM | RMSE | largest bias | bias r, g, b | clipped % | walls, of path's"
     yield f"| | pictures | {head} |"
     yield "|---|" + "---|" * 7
-    for at in (*TIMES, "all"):
+    for at in (*views.TIMES, "all"):
         if there := [row for row in rows if at in (row.time, "all")]:
             yield f"| {at}, median | {len(there)} | {_cells(there)} |"
             worst = (
@@ -290,7 +288,7 @@ def markdown(rows: Sequence[Row]) -> Iterator[str]:
             yield f"| {at}, worst | | {worst}| |"
     yield f"\n| | | {head} |"
     yield "|---|" + "---|" * 7
-    for row in sorted(rows, key=lambda row: (row.environment, list(TIMES).index(row.time), row.view)):
+    for row in sorted(rows, key=lambda row: (row.environment, list(views.TIMES).index(row.time), row.view)):
         yield f"| {row.environment} | {row.time} | {_cells([row])} |"
 
 

@@ -41,10 +41,9 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.quality import REALTIME
 from benchbot_sim_taichi.renderer import Frame, Intrinsics, Renderer
 from benchmarks import views
-from benchmarks.bench_fidelity import QUALITIES, TIMES
+from benchmarks.bench_fidelity import QUALITIES
 from benchmarks.boxes import Box, Truth
 from benchmarks.detection import SAME_CLASS, Detector
-from benchmarks.gallery import light_at
 from benchmarks.picture_statistics import compare_views, statistics_of
 from benchmarks.realism_pictures import add_misses, save_drawn, save_misses
 from benchmarks.realism_tables import Row, line, markdown
@@ -63,7 +62,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--weights", type=Path, default=Path("package/models/centernet.json"), metavar="FILE")
     parser.add_argument("--only", nargs="+", metavar="NAME:VARIANT", help="these environments; otherwise BEAR's")
-    parser.add_argument("--times", nargs="+", choices=TIMES, default=["day"])
+    parser.add_argument("--times", nargs="+", choices=views.TIMES, default=["day"])
     parser.add_argument("--views", type=int, default=6, help="of each environment")
     parser.add_argument("--width", type=int, default=960)
     parser.add_argument("--score", type=float, default=0.3, help="the least at which a detection counts")
@@ -116,7 +115,7 @@ def measure(
     scene = views.scene_of(environment, options.cache)
     places = views.median_places(environment, scene, options.cache, options.device, options.views)
     camera = Intrinsics.from_horizontal_fov(options.width, options.width * 9 // 16, 90.0)
-    lighting = Lighting.from_mapping(light_at(TIMES[at], environment.data.get("lighting") or {}))
+    lighting = Lighting.from_mapping(views.light_at(at, environment.data.get("lighting") or {}))
     quality = QUALITIES[options.quality]
     renderer = Renderer(scene, lighting, cache_dir=options.cache, device=options.device, quality=quality)
     for view, pose in enumerate(views.camera_poses(environment)[places]):

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchbot.mapping import CLASS_LIST
-from benchmarks.bench_fidelity import TIMES
 from benchmarks.boxes import Detection, Truth, area, match
 from benchmarks.picture_statistics import FeatureFigures, PictureStatistics
+from benchmarks.views import TIMES
 
 OVERLAPS = (0.5, 0.3)
 LARGE_PIXELS = 4000

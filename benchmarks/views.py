@@ -1,7 +1,8 @@
-"""Views by which environments are compared: what the robot's camera shows of a trajectory's middling poses."""
+"""Views by which environments are compared: what the robot's camera shows of middling poses, and at which times."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,11 @@ from benchbot_sim_taichi.renderer import Intrinsics, Renderer
 CAMERA_HEIGHT_M = 1.05
 LOOK = Intrinsics.from_horizontal_fov(240, 135, 90.0)
 SHEET_BYTES = 170_000
+TIMES = {
+    "day": {"time": "12:00", "lamps": "none"},
+    "evening": {"time": "19:00", "lamps": "all"},
+    "night": {"time": "23:00", "lamps": "all"},
+}
 
 Poses = npt.NDArray[np.float64]
 
@@ -34,6 +40,14 @@ def declared(name: str) -> Declaration:
     """The environment of this name."""
     (environment,) = Catalog(plugin_manager.load()).environments(name)
     return environment
+
+
+def light_at(at: str, declared: Mapping[str, Any]) -> dict[str, Any]:
+    """An environment's light at a time of midsummer at 45°, by night with its lamps on."""
+    lamps = {**declared.get("lamps", {}), "on": TIMES[at]["lamps"]}
+    kept = {key: declared[key] for key in ("north_deg", "turbidity") if key in declared and "time" in declared}
+    around = {"exterior": declared["exterior"]} if "exterior" in declared else {}
+    return {**kept, **around, "time": TIMES[at]["time"], "lamps": lamps}
 
 
 def scene_of(environment: Declaration, cache: Path) -> SceneGeometry:
