@@ -17,7 +17,7 @@ from benchbot_sim_taichi.tables import DeviceScene
 
 VERSION = 14
 NODES_AT_ONCE = 2**17
-NEAR_STEPS = ((1, 2.0), (2, 0.05), (4, 0.05))
+NEAR_STEPS = ((1, 2.0), (2, 0.1), (4, 0.05))
 """How far apart nodes are averaged, and how different they may be: all neighbours, then those that are alike."""
 FAR_STEPS = (2, 4, 8)  # of all nodes: light from afar changes slowly
 LOOSE_ROUNDS = 3
