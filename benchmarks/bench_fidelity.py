@@ -195,8 +195,13 @@ def measure(environment: Declaration, at: str, cache: Path, options: argparse.Na
             plain_walls.covariance(halves[0], halves[1], walls) if wall_pixels else 0.0,
         )
         if options.pictures:
-            name = f"{environment.name.replace(':', '_')}-{at}-{view}.png"
+            name = picture_name(environment.name, at, view)
             Image.fromarray(side_by_side(frame.rgb, reference, walls)).save(options.pictures / name)
+
+
+def picture_name(environment: str, at: str, view: int) -> str:
+    """The name of the file in which --pictures has a picture."""
+    return f"{environment.replace(':', '_')}-{at}-{view}.png"
 
 
 def clipped(picture: npt.NDArray[np.number]) -> float:

@@ -4,26 +4,26 @@ python -m benchmarks fidelity --device cuda --json FIGURES.json --pictures FOLDE
 python -m benchmarks.gallery FIGURES.json FOLDER [--docs docs]
 
 Writes docs/images/gallery-PLACE.jpg, a row for each variant, and the rows of the table, from what `fidelity` measured:
-RMSE in bytes of sRGB and SSIM of luma. Environments that it did not measure keep their rows of the table.
+RMSE in bytes of sRGB and SSIM of luma. Environments that it did not measure keep their rows of the table; a sheet
+shows those of its place that it measured.
 """
 
 import argparse
 import json
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from benchmarks.bench_fidelity import picture_name
 from benchmarks.views import TIMES, save_sheet
 
 DOCS = Path(__file__).parents[1] / "docs"
 THUMBNAIL_PIXELS = 256
 
 Picture = npt.NDArray[np.uint8]
-Figures = dict[str, Any]
 
 
 def main() -> None:
@@ -34,22 +34,25 @@ def main() -> None:
     options = parser.parse_args()
     page = options.docs / "gallery.md"
     text = page.read_text(encoding="utf-8")
-    rows = [row for row in json.loads(options.figures.read_text(encoding="utf-8")) if row["view"] == 0]
-    rows.sort(key=lambda row: (row["environment"], list(TIMES).index(row["time"])))
-    for place, of_place in groupby(rows, key=lambda row: row["environment"].partition(":")[0]):
+    rows = json.loads(options.figures.read_text(encoding="utf-8"))
+    measured = {(row["environment"], row["time"]): row for row in rows if row["view"] == 0}
+    names = sorted({name for name, _ in measured})
+    if missing := [f"{name} {at}" for name in names for at in TIMES if (name, at) not in measured]:
+        raise SystemExit(f"{options.figures} lacks {', '.join(missing)}: run fidelity with --times {' '.join(TIMES)}.")
+    for place, of_place in groupby(names, key=lambda name: name.partition(":")[0]):
         strips = []
-        for name, times in groupby(of_place, key=lambda row: row["environment"]):
-            figures = list(times)
-            strips.append(np.hstack([pair(options.pictures, row) for row in figures]))
+        for name in of_place:
+            strips.append(np.hstack([pair(options.pictures / picture_name(name, at, 0)) for at in TIMES]))
+            figures = [measured[name, at] for at in TIMES]
             text = with_row(text, [f"`{name}`", *(f"{row['rmse']:.1f} · {row['ssim']:.2f}" for row in figures)])
         save_sheet(strips, options.docs / "images" / f"gallery-{place}.jpg")
         text = with_sheet(text, place)
     page.write_text(text, encoding="utf-8")
 
 
-def pair(folder: Path, row: Figures) -> Picture:
+def pair(path: Path) -> Picture:
     """Ours and the path traced picture, as small as in the sheets; `fidelity` painted two others beside them."""
-    with Image.open(folder / f"{row['environment'].replace(':', '_')}-{row['time']}-{row['view']}.png") as painted:
+    with Image.open(path) as painted:
         width, height = painted.width // 4, painted.height
         size = (2 * THUMBNAIL_PIXELS, THUMBNAIL_PIXELS * height // width)
         return np.asarray(painted.crop((0, 0, 2 * width, height)).resize(size, Image.Resampling.LANCZOS))

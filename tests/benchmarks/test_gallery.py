@@ -58,6 +58,20 @@ def test_the_page_and_a_sheet_are_made_of_a_run_of_fidelity(tmp_path: Path, monk
     assert sheet[::144, ::512] == pytest.approx(np.array([[20, 80, 140], [40, 100, 160]]), abs=3)
 
 
+def test_a_run_of_fidelity_that_lacks_a_time_of_day_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "gallery.md").write_text(PAGE, encoding="utf-8")
+    row = {"environment": "den:1", "time": "day", "view": 0, "rmse": 1.0, "ssim": 0.9}
+    (tmp_path / "figures.json").write_text(json.dumps([row]), encoding="utf-8")
+    monkeypatch.setattr(
+        sys, "argv", ["gallery", str(tmp_path / "figures.json"), str(tmp_path), "--docs", str(tmp_path)]
+    )
+
+    with pytest.raises(SystemExit, match="lacks den:1 evening, den:1 night: run fidelity with --times"):
+        main()
+
+    assert (tmp_path / "gallery.md").read_text(encoding="utf-8") == PAGE
+
+
 def test_an_environment_keeps_its_north_and_the_colour_of_its_lamps() -> None:
     by_time = {"time": "14:00", "date": "2023-04-20", "north_deg": 90.0, "lamps": {"on": "none", "temperature_k": 2700}}
     for at, wanted in TIMES.items():
