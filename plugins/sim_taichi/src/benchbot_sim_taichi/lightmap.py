@@ -17,7 +17,8 @@ from benchbot_sim_taichi.tables import DeviceScene
 
 VERSION = 14
 NODES_AT_ONCE = 2**17
-NEAR_STEPS = ((1, 2.0), (2, 0.1), (4, 0.05))
+ANY = 2.0  # no two nodes are as different (`smoothing.distinction`)
+NEAR_STEPS = ((1, ANY), (2, 0.1), (4, 0.05))
 """How far apart nodes are averaged, and how different they may be: all neighbours, then those that are alike."""
 FAR_STEPS = (2, 4, 8)  # of all nodes: light from afar changes slowly
 LOOSE_ROUNDS = 3
@@ -108,7 +109,7 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
     narrow = _ti.upload(_ti.download(raw).copy())
     for step in FAR_STEPS:
         for down in (0, 1):
-            smoothing.smooth(raw, charted, index, other, count, down, step, 2.0, 6, 10)
+            smoothing.smooth(raw, charted, index, other, count, down, step, ANY, 6, 10)
             raw, other = other, raw
     smoothing.finish(narrow, raw, charted, index, *links, light, count)
     _ti.save_kernels()

@@ -117,24 +117,23 @@ def light_directly(
         direct = vec3(0.0)
         covered = 0.0
         sun = 0.0
-        rays = ti.select(is_hidden, 0, DIRECT_RAYS)
-        for k in range(ti.select(is_hidden, 0, rays * 2 + SUN_RAYS)):
-            kind = ti.select(k < rays, 0, ti.select(k < rays * 2, 1, 2))
+        for k in range(ti.select(is_hidden, 0, DIRECT_RAYS * 2 + SUN_RAYS)):
+            kind = ti.select(k < DIRECT_RAYS, 0, ti.select(k < DIRECT_RAYS * 2, 1, 2))
             toward = load3(env, 0)
             value = load3(env, 3)
             radiance = value
             reach = FAR
             if kind == 2:
-                toward = cone_direction(toward, env[15], sobol_2d(k - rays * 2, hash_u32(node)))
+                toward = cone_direction(toward, env[15], sobol_2d(k - DIRECT_RAYS * 2, hash_u32(node)))
             else:
                 value = vec3(0.0)
                 these = ti.select(kind == 0, portals, lamps)
                 if these > 0:
-                    ray = k - kind * rays
+                    ray = k - kind * DIRECT_RAYS
                     # Rows of blocks all about, so that no block's edge can be seen.
                     row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
                     every = ti.cast(near[row + kind], ti.i32)  # so that no sample is left out
-                    sample = (here.rank * rays + ray) * every
+                    sample = (here.rank * DIRECT_RAYS + ray) * every
                     light = sample_near(
                         near,
                         lights,
@@ -164,8 +163,8 @@ def light_directly(
                     sun += least / ti.cast(SUN_RAYS, ti.f32)
                     direct += (passed.share - least) * value * (cosine / ti.cast(SUN_RAYS, ti.f32))
                 else:
-                    direct += passed.share * value * (cosine / ti.cast(rays, ti.f32))
-                    covered += cosine * value.max() / ti.max(radiance.max() * ti.cast(rays, ti.f32), 1e-9)
+                    direct += passed.share * value * (cosine / ti.cast(DIRECT_RAYS, ti.f32))
+                    covered += cosine * value.max() / ti.max(radiance.max() * ti.cast(DIRECT_RAYS, ti.f32), 1e-9)
         # No more than all around can be light; points close to a window find it larger now and then.
         direct *= ti.min(PI / ti.max(covered, PI), 1.0)
         for i in ti.static(range(3)):
