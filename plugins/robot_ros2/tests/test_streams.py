@@ -1,7 +1,9 @@
 import contextlib
 import itertools
+import sys
 import threading
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -161,3 +163,25 @@ def test_silence_says_why(robot: "Node", listening: Listening) -> None:
     until(lambda: stream.silence() != "nobody publishes it")
     assert "best_effort" in stream.silence()
     assert not stream.heard()
+
+
+def test_others_are_heard_while_streams_are_closed_and_opened_on_a_busy_machine(
+    robot: "Node", listening: Listening, request: pytest.FixtureRequest
+) -> None:
+    # Threads take turns all the time, so that one meets another in the midst of anything.
+    request.addfinalizer(partial(sys.setswitchinterval, sys.getswitchinterval()))
+    sys.setswitchinterval(1e-5)
+    kept = listening.stream(TEXT)
+    publisher = robot.create_publisher(String, "/text", 10)
+    others = [listening.stream(Topic(ros_topic=f"/other_{n}", ros_type=TEXT.ros_type)) for n in range(8)]
+    for _ in range(60):
+        for stream in others:
+            stream.close()
+        for stream in others:
+            stream.open()
+
+    def is_heard() -> bool:
+        publisher.publish(String(data="still there"))
+        return kept.age_s < float("inf")
+
+    until(is_heard)

@@ -90,7 +90,7 @@ def tell_localisation(robot: ConnectedRobot, scene: Scene) -> None:
             if wait.over():
                 raise _disbelief(robot, settings.initial_pose, is_told=told_s < math.inf)
     finally:
-        robot.node.destroy_publisher(publisher)
+        robot.node.executor.create_task(robot.node.destroy_publisher, publisher)
 
 
 def _believes(robot: ConnectedRobot, start: Pose, told_s: float) -> bool:

@@ -86,7 +86,8 @@ class Stream:
         """Unsubscribe; received messages are kept."""
         with self._subscribing:
             if self._subscription is not None:
-                self._node.destroy_subscription(self._subscription)
+                # By the executor: it hears nothing any more when another thread destroys what it is about to wait for.
+                self._node.executor.create_task(self._node.destroy_subscription, self._subscription)
                 self._subscription = None
 
     @property
