@@ -143,7 +143,7 @@ class Trial:
     def end_button(self) -> None:
         """End what publishes the emergency stop."""
         button, self.recorder.button = self.recorder.button, None
-        self.recorder.node.destroy_publisher(button)
+        self.recorder.node.executor.create_task(self.recorder.node.destroy_publisher, button)
 
     def jump(self) -> None:
         """Put localisation off by a metre, to either side."""

@@ -46,7 +46,7 @@ def _make(node: "Node", robot: str, call: Call) -> None:
             _wait(deadline_s, robot, call, "it did not answer")
         response = answer.result()
     finally:
-        node.executor.create_task(lambda: node.destroy_client(client))
+        node.executor.create_task(node.destroy_client, client)
     if not getattr(response, "success", True):
         raise _refused(robot, call, f"it answered: {response.message or 'no success, and no word why'}")
 

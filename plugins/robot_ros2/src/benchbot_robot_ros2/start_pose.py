@@ -214,7 +214,7 @@ class _Return:
             silence = f"The service {name} did not answer within {timeout_s:g} s."
             return self._result(client.call_async(request), timeout_s, silence, client.service_is_ready)
         finally:
-            self._node.executor.create_task(lambda: self._node.destroy_client(client))
+            self._node.executor.create_task(self._node.destroy_client, client)
 
     def _await_server(self, ready: Callable[[], bool], missing: str) -> None:
         if not _wait(ready, self._wait_s, self._guard):

@@ -137,7 +137,7 @@ class Listener:
         assert client.wait_for_service(DEADLINE_S)
         future = client.call_async(request)
         until(future.done, f"an answer of {name}")
-        self.node.destroy_client(client)
+        self.node.executor.create_task(self.node.destroy_client, client)
         return future.result()
 
 

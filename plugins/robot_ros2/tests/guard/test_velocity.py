@@ -89,7 +89,7 @@ def test_an_emergency_stop_that_is_gone_stops_the_robot(base: Base) -> None:
         button = node.create_publisher(Bool, "/e_stop", 1)
         with guarded.guarded(declaration({"e_stop": e_stop})) as guard, Driving(guard) as driving:
             base.until_moving()
-            node.destroy_publisher(button)
+            node.executor.create_task(node.destroy_publisher, button)
             assert "emergency stop is gone" in driving.until_refused().why
             base.until_stopped()
 
