@@ -61,6 +61,15 @@ def ceiling_lamp(path: Path, gap_m: float = 0.01) -> Path:
     return glb.write(path)
 
 
+def lamp_on_its_canopy(path: Path) -> Path:
+    """A closed room of 6 x 5 x 2.7 m; a canopy of 30 x 30 cm reaches into its ceiling, and a lamp hangs below it."""
+    glb = Glb()
+    glb.box("walls", (-3, -2.5, 0), (3, 2.5, 2.7), glb.material((0.6,) * 3), inward=True)
+    glb.box("canopy", (-0.15, -0.15, 2.6), (0.15, 0.15, 2.75), glb.material((0.8,) * 3))
+    glb.box("lamp", (-0.1, -0.1, 2.5), (0.1, 0.1, 2.59), glb.material((0.8,) * 3, emission=(10.0,) * 3))
+    return glb.write(path)
+
+
 def picture_on_a_wall(path: Path) -> Path:
     """A closed room; a picture of 60 x 40 x 3 cm on its wall at y = 0, from z = 1.2 up, and a lamp above before it."""
     glb = Glb()

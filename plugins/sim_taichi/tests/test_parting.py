@@ -136,4 +136,7 @@ def test_a_rail_is_lit_before_the_pane_by_the_day_and_behind_it_by_the_room(tmp_
 
     sides = slice(55, 100)
     assert np.ptp(paths[sides]) > 5
-    np.testing.assert_allclose(ours[sides], paths[sides], atol=4)
+    # Denoising spreads the step at the pane over five columns; ours lies between two.
+    step = sides.start + np.abs(np.diff(paths[sides])).argmax()
+    columns = np.array([column for column in range(192)[sides] if abs(column - step) > 2])
+    np.testing.assert_allclose(ours[columns], paths[columns], atol=2)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchbot_scenes.gltf import load_scene
-from benchbot_sim_taichi import _ti, camera_response, irradiance, light_process
+from benchbot_sim_taichi import _ti, camera_response, irradiance, light_process, lightmap
 from benchbot_sim_taichi.lamps import Lamps
 from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.path_trace import path_trace
@@ -261,6 +261,61 @@ def test_the_light_between_a_lamp_and_the_ceiling_stays_there(tmp_path: Path, ke
 NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3), exposure=1.0)
 
 
+def test_the_ceiling_within_a_lamps_canopy_lights_no_room(tmp_path: Path, kernel_cache: Path) -> None:
+    renderer = Renderer(load_scene(rooms.lamp_on_its_canopy(tmp_path / "lamp.glb")), NIGHT, cache_dir=kernel_cache)
+
+    cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
+
+    ceiling = cells[(cells[:, 2] > 2.69) & (cells[:, 5] < -0.9)]
+    assert len(ceiling) > 2000
+    assert np.abs(ceiling[:, :2]).max(axis=1).min() > 0.15
+
+
+@pytest.mark.parametrize("gap_m", [0.03, 0.2])
+def test_all_light_of_a_lamp_arrives_however_close_it_is(tmp_path: Path, kernel_cache: Path, gap_m: float) -> None:
+    """A ceiling's irradiance, summed up over its area, is the power of the face below it (Lambert): pi L A."""
+    glb = Glb()
+    glb.box("ceiling", (-4, -4, 2.0), (4, 4, 2.1), glb.material((0.5,) * 3))
+    top = 2.0 - gap_m
+    glb.box("lamp", (-0.2, -0.2, top - 1e-3), (0.2, 0.2, top), glb.material((0.0,) * 3, emission=(10.0,) * 3))
+    scene = load_scene(glb.write(tmp_path / "ceiling.glb"))
+    renderer = Renderer(scene, NIGHT, cache_dir=kernel_cache)
+
+    direct = lightmap.light_directly(renderer.scene, renderer.device, renderer.near_lights, 0)
+
+    positions, normals = direct.found.places_in(renderer.scene)
+    below = (np.abs(positions[:, 2] - 2.0) < 1e-3) & (normals[:, 2] < -0.9)
+    arrived = (_ti.download(direct.raw).reshape(len(positions), -1)[below, 0] * direct.found.area_m2[below]).sum()
+    assert arrived == pytest.approx(np.pi * 10.0 * 0.4**2, rel=0.02)
+
+
+def test_what_is_smoothed_keeps_its_sum(kernel_cache: Path) -> None:
+    """Light that is averaged only moves: nodes at an edge, or where a shadow begins, count as all others."""
+    _ti.start("cpu", kernel_cache)
+    from benchbot_sim_taichi.kernels import smoothing
+    from benchbot_sim_taichi.kernels.bake import RAW_STRIDE
+
+    width, height = 12, 7
+    y, x = np.divmod(np.arange(width * height), width)
+    of_chart = np.column_stack(
+        [np.arange(width * height), x, y, *(np.full(width * height, n) for n in (width, height))]
+    )
+    raw = np.random.default_rng(0).random((width * height, RAW_STRIDE)).astype(np.float32)
+    raw[x < 5, :3] *= 0.1
+    raw[:, 11] = 1.0
+    values = [
+        _ti.upload(array.ravel())
+        for array in (raw, of_chart.astype(np.int32), np.arange(width * height, dtype=np.int32))
+    ]
+    smoothed = _ti.upload(np.zeros(raw.size, np.float32))
+
+    smoothing.smooth(*values, smoothed, width * height, 0, 2, 0.1, 0, 10)
+
+    after = _ti.download(smoothed).reshape(raw.shape)
+    assert np.abs(after[:, :10] - raw[:, :10]).max() > 0.1
+    assert after.sum(axis=0) == pytest.approx(raw.sum(axis=0), rel=1e-5)
+
+
 @pytest.mark.parametrize(
     ("y_m", "yaw_deg", "pitch_deg"),
     [
@@ -350,17 +405,17 @@ def test_a_smooth_floor_lights_the_ceiling_with_what_it_mirrors_of(
 
 def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
-    device = Renderer(scene, Lighting(), cache_dir=kernel_cache).device
+    renderer = Renderer(scene, Lighting(), cache_dir=kernel_cache)
     inner_faces_of_the_pane = 2
-    assert device.lights[2] == inner_faces_of_the_pane
-    assert irradiance.load_or_solve(scene, Lighting(), device, kernel_cache, 0).cells.any()
+    assert renderer.device.lights[2] == inner_faces_of_the_pane
+    assert renderer.irradiance.cells.any()
 
 
 def test_the_light_is_worked_out_alike_every_time(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
-    device = Renderer(scene, Lighting(), cache_dir=kernel_cache).device
+    renderer = Renderer(scene, Lighting(), cache_dir=kernel_cache)
 
-    solved = {irradiance.solve(scene, device, seed=3).cells.tobytes() for _ in range(12)}
+    solved = {irradiance.solve(renderer.scene, renderer.device, seed=3)[0].cells.tobytes() for _ in range(12)}
 
     assert len(solved) == 1
 
@@ -371,7 +426,7 @@ def test_light_that_another_kind_of_device_has_worked_out_is_not_loaded(
     """A GPU's light differs in its last digits: a run on a processor is not to depend on who was there before."""
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
     Renderer(scene, Lighting(), cache_dir=kernel_cache)
-    names = {irradiance.cache_key(1, scene, Lighting(), 0)}
+    names = {lightmap.cache_key(1, scene, Lighting(), 0)}
     monkeypatch.setattr(_ti, "_started", "cuda")
-    names.add(irradiance.cache_key(1, scene, Lighting(), 0))
+    names.add(lightmap.cache_key(1, scene, Lighting(), 0))
     assert len(names) == 2

@@ -50,3 +50,20 @@ def test_cells_of_one_kind_stay_as_they_are() -> None:
     assert np.array_equal(split.first, cells.first)
     assert kind.tolist() == [0, 2, 1]
     assert following.tolist() == [-1, -1, -1]
+
+
+@given(st.lists(st.lists(st.booleans(), min_size=1, max_size=16), min_size=1, max_size=20))
+def test_samples_that_are_left_out_leave_the_others_where_they_were(dropped: list[list[bool]]) -> None:
+    cells = cells_of([len(of_place) for of_place in dropped])
+
+    kept = surface_cells.without(cells, np.concatenate(dropped).astype(bool))
+
+    number = kept.samples.reshape(-1, SAMPLE_STRIDE)[:, 0].astype(int)
+    for place, of_place in enumerate(dropped):
+        cell = kept.grid[cells.keys[place]]
+        left = cells.first[place] + np.flatnonzero(~np.array(of_place))
+        assert (cell >= 0) == (len(left) > 0)
+        if cell >= 0:
+            assert kept.keys[cell] == cells.keys[place]
+            assert number[kept.first[cell] : kept.first[cell + 1]].tolist() == left.tolist()
+    assert kept.first[-1] == len(number)

@@ -5,7 +5,6 @@ follow those links, as in a Monte Carlo radiosity solution (Cohen and Wallace, "
 synthesis", 1993).
 """
 
-import hashlib
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -14,20 +13,20 @@ import numpy as np
 import numpy.typing as npt
 
 from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
-from benchbot_sim_taichi import _ti, disk_cache, light_grid, surface_cells
+from benchbot_sim_taichi import _ti, disk_cache, light_grid, lightmap, surface_cells
 from benchbot_sim_taichi.colorimetry import LUMINANCE
 from benchbot_sim_taichi.kernels import cell_kinds
 from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 30
+VERSION = 31
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24
 INDOORS_MAX_OPENNESS = 0.3
 INDOORS_MIN_SHARE = 0.1
-SMOOTHING_STEPS = (1, 2)
+SMOOTHING_STEPS = (1,)
 LINKS_AT_ONCE = 2**25
 
 
@@ -56,49 +55,54 @@ class Irradiance:
 
 def load_or_solve(
     scene: SceneGeometry, lighting: Lighting, device: DeviceScene, cache_dir: Path, seed: int
-) -> Irradiance:
-    """Return the irradiance of a scene, from `cache_dir` if it was computed before."""
+) -> tuple[Irradiance, lightmap.DirectLight | None]:
+    """Return the irradiance of a scene, from `cache_dir` if it was computed before; otherwise see `solve`."""
     path = path_of(scene, lighting, cache_dir, seed)
     names = {field.name for field in fields(Irradiance)}
-    return Irradiance(**disk_cache.load_or_make(path, names, lambda: asdict(solve(scene, device, seed))))
+    direct = None
+
+    def made() -> disk_cache.Arrays:
+        nonlocal direct
+        solved, direct = solve(scene, device, seed)
+        return asdict(solved)
+
+    return Irradiance(**disk_cache.load_or_make(path, names, made)), direct
 
 
 def path_of(scene: SceneGeometry, lighting: Lighting, cache_dir: Path, seed: int) -> Path:
     """Return the file that keeps the irradiance of a scene."""
-    return cache_dir / f"irradiance-{cache_key(VERSION, scene, lighting, seed)}.npz"
+    return cache_dir / f"irradiance-{lightmap.cache_key(VERSION, scene, lighting, seed)}.npz"
 
 
-def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int) -> str:
-    """Return a name of what is worked out from these, on the kind of device that kernels run on."""
-    light = (lighting.sun, lighting.sky, lighting.exterior)
-    described = repr((version, _ti.device_kind(), scene.content_hash, *light, seed))
-    return hashlib.sha256(described.encode()).hexdigest()[:32]
+def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> tuple[Irradiance, lightmap.DirectLight | None]:
+    """Find the cells, light them, link them, and let light bounce until it has settled.
 
-
-def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
-    """Find the cells, light them, link them, and let light bounce until it has settled."""
+    Light is sent on from nodes that lie closer together than cells, since what is beside a lamp is lit unevenly. Their
+    direct light is returned too, unless there are no surfaces.
+    """
     found = surface_cells.find(scene)
     near = light_grid.find(device, found.layout, *surface_cells.places(found, scene))
     if found.count == 0:
-        return Irradiance(found.grid, np.zeros(surface_cells.CELL_STRIDE, np.float32), found.layout, near)
+        return Irradiance(found.grid, np.zeros(surface_cells.CELL_STRIDE, np.float32), found.layout, near), None
+    lights_near = _ti.upload(near)
+    lit = lightmap.light_directly(scene, device, lights_near, seed)
     vertices = _ti.upload(scene.vertices[scene.triangles].ravel())
     found, values, apart = _by_kinds(found, device, vertices, seed)
     count = found.count
     cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)
     samples, first = _ti.upload(found.samples), _ti.upload(found.first)
-    direct, matt = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
+    direct = _ti.upload(np.zeros(count * 3, np.float32))
     kernels.light_cells(
         *device.tree,
         device.sheer_root,
         *device.surfaces,
         *device.lights,
-        _ti.upload(near),
+        lights_near,
         vertices,
         samples,
         first,
         _ti.upload(apart),
         direct,
-        matt,
         cells,
         count,
         POINTS_PER_CELL,
@@ -107,7 +111,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
     )
     rays = min(RAYS_PER_CELL, max(LINKS_AT_ONCE // count, 16))
     links, tints = _ti.upload(np.zeros(count * rays, np.int32)), _ti.upload(np.zeros(count * rays, np.int32))
-    sky = _ti.upload(np.zeros(count * kernels.SKY_STRIDE, np.float32))
+    gathered = _ti.upload(np.zeros(count * kernels.GATHERED_STRIDE, np.float32))
     exposed = _ti.upload(np.zeros(int(found.first[-1]), np.float32))
     kernels.link_cells(
         *device.tree,
@@ -124,23 +128,22 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> Irradiance:
         links,
         tints,
         exposed,
-        direct,
-        sky,
+        *lit.lightmap.arrays,
+        gathered,
         count,
         rays,
         seed,
     )
     before, after = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
-    for _ in range(BOUNCES + 1):
-        kernels.bounce_cells(first, links, tints, exposed, sky, direct, matt, cells, before, after, count, rays)
+    for _ in range(BOUNCES):
+        kernels.bounce_cells(first, links, tints, exposed, gathered, before, after, count, rays)
         before, after = after, before
-    indirect, smoothed = _ti.upload(np.zeros(count * 3, np.float32)), _ti.upload(np.zeros(count * 3, np.float32))
-    kernels.split_cells(cells, direct, before, sky, indirect, count)
+    kernels.weigh_cells(cells, gathered, count)
     for step in SMOOTHING_STEPS:
-        kernels.smooth_cells(*device.tree, grid, cells, layout, indirect, smoothed, _ti.upload(found.keys), count, step)
-        indirect, smoothed = smoothed, indirect
-    kernels.finish_cells(cells, direct, indirect, count)
-    return Irradiance(found.grid, _ti.download(cells), found.layout, near)
+        kernels.smooth_cells(*device.tree, grid, cells, layout, before, after, _ti.upload(found.keys), count, step)
+        before, after = after, before
+    kernels.finish_cells(cells, direct, before, count)
+    return Irradiance(found.grid, _ti.download(cells), found.layout, near), lit
 
 
 def _by_kinds(
@@ -154,7 +157,12 @@ def _by_kinds(
     cell_kinds.find_sides(
         *device.tree, device.surfaces[0], vertices, samples, _ti.upload(found.first), kinds, found.count
     )
-    split, kind, following = surface_cells.split(found, _ti.download(kinds))
+    kind_of = _ti.download(kinds)
+    buried = kind_of == surface_cells.BURIED
+    if not buried.all():
+        # Right behind lamps, where no ray from a room gets, these are hundreds of times as bright as what is beside.
+        found, kind_of = surface_cells.without(found, buried), kind_of[~buried]
+    split, kind, following = surface_cells.split(found, kind_of)
     values = np.zeros((split.count, surface_cells.CELL_STRIDE), np.float32)
     values[:, 24], values[:, 25] = following, kind
     apart = (kind == surface_cells.OUTDOORS) | (np.arange(split.count) >= found.count)

@@ -1,5 +1,6 @@
 """Light that belongs to surfaces: worked out once per scene and lighting, cached on disk, looked up by pictures."""
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,17 +11,16 @@ import numpy as np
 from benchbot_scenes.scene import FloatArray, SceneGeometry
 from benchbot_sim_taichi import _ti, charts, disk_cache, light_grid, progress
 from benchbot_sim_taichi.colorimetry import LUMINANCE
-from benchbot_sim_taichi.irradiance import cache_key
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 14
+VERSION = 15
 NODES_AT_ONCE = 2**17
 ANY = 2.0  # no two nodes are as different (`smoothing.distinction`)
 NEAR_STEPS = ((1, ANY), (2, 0.1), (4, 0.05))
 """How far apart nodes are averaged, and how different they may be: all neighbours, then those that are alike."""
-FAR_STEPS = (2, 4, 8)  # of all nodes: light from afar changes slowly
+FAR_STEPS = (2, 4)  # of all nodes: light from afar changes slowly
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
 
@@ -39,6 +39,21 @@ class Lightmap:
         return self.places, self.index, self.light
 
 
+@dataclass(frozen=True)
+class DirectLight:
+    """Light straight from windows, lamps and the sun: the `lightmap` of it, and nodes as kernels read them.
+
+    `raw` is what was found at each node (`kernels.bake`), `scattered` where nodes lie, as all kernels take it, `links`
+    which of them lie beside each other. Of a scene without surfaces there are no nodes.
+    """
+
+    lightmap: Lightmap
+    found: charts.Charts
+    scattered: tuple[Any, Any, Any]
+    links: tuple[Any, Any]
+    raw: Any
+
+
 Cells = tuple[Any, Any, Any]
 """Grid, cells and layout of `irradiance`, on the device."""
 
@@ -49,15 +64,16 @@ def load_or_bake(
     device: DeviceScene,
     cells: Cells,
     near: Any,
+    direct: DirectLight | None,
     cache_dir: Path,
     seed: int,
 ) -> Lightmap:
-    """Return the light of a scene, from `cache_dir` if it was worked out before."""
+    """Return the light of a scene, from `cache_dir` if it was worked out before; see `bake`."""
     path = path_of(scene, lighting, cache_dir, seed)
     names = ("places", "index", "light")
 
     def made() -> disk_cache.Arrays:
-        baked = bake(scene, device, cells, near, seed)
+        baked = bake(scene, device, cells, near, direct, seed)
         return {name: _ti.download(array) for name, array in zip(names, baked.arrays, strict=True)}
 
     kept = disk_cache.load_or_make(path, set(names), made)
@@ -69,32 +85,66 @@ def path_of(scene: SceneGeometry, lighting: Lighting, cache_dir: Path, seed: int
     return cache_dir / f"lightmap-{cache_key(VERSION, scene, lighting, seed)}.npz"
 
 
+def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int) -> str:
+    """Return a name of what is worked out from these, on the kind of device that kernels run on."""
+    light = (lighting.sun, lighting.sky, lighting.exterior)
+    described = repr((version, _ti.device_kind(), scene.content_hash, *light, seed))
+    return hashlib.sha256(described.encode()).hexdigest()[:32]
+
+
 def none(scene: SceneGeometry) -> Lightmap:
     """Return a light in which no surface of a scene is lit."""
     places = np.full((len(scene.triangles), 2, charts.PLACE_STRIDE), -1.0, np.float32)
     return Lightmap(_ti.upload(places.ravel()), _ti.upload(np.full(1, -1, np.int32)), _ti.upload(np.zeros(2, np.int32)))
 
 
-def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, seed: int) -> Lightmap:
-    """Find the nodes, trace rays from them, and smooth what they found."""
+def light_directly(scene: SceneGeometry, device: DeviceScene, near: Any, seed: int) -> DirectLight:
+    """Find the nodes, and the light that comes to them straight from windows, lamps and the sun."""
+    from benchbot_sim_taichi.kernels import bake as kernels
+    from benchbot_sim_taichi.kernels import smoothing
+
+    found = charts.find(scene)
+    count = found.count
+    light = _ti.upload(np.zeros(max(2 * count, 2), np.int32))
+    direct = DirectLight(
+        lightmap=Lightmap(_ti.upload(found.places), _ti.upload(found.index), light),
+        found=found,
+        scattered=(
+            _ti.upload(scene.vertices[scene.triangles].ravel()),
+            _ti.upload(found.samples),
+            _ti.upload(found.nodes),
+        ),
+        links=(_ti.upload(found.first_link), _ti.upload(found.links)),
+        raw=_ti.upload(np.zeros(max(count, 1) * kernels.RAW_STRIDE, np.float32)),
+    )
+    scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights, device.light_of)
+    for run in _runs(count, "the simulator lights surfaces"):
+        kernels.light_directly(*scene_arrays, near, *direct.scattered, direct.raw, *run, seed)
+    if count:
+        index, charted = direct.lightmap.index, direct.scattered[2]
+        smoothing.finish(direct.raw, direct.raw, charted, index, *direct.links, light, count)
+    return direct
+
+
+def bake(
+    scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, direct: DirectLight | None, seed: int
+) -> Lightmap:
+    """Add light by way of other surfaces to `direct` light, which is worked out unless given, and smooth both.
+
+    The arrays of `direct` are overwritten.
+    """
     from benchbot_sim_taichi.kernels import bake as kernels
     from benchbot_sim_taichi.kernels import glow, smoothing
 
-    found = charts.find(scene)
-    places, index = _ti.upload(found.places), _ti.upload(found.index)
+    direct = direct or light_directly(scene, device, near, seed)
+    found, nodes, links, raw = direct.found, direct.scattered, direct.links, direct.raw
+    places, index, light = direct.lightmap.arrays
     count = found.count
-    light = _ti.upload(np.zeros(max(2 * count, 2), np.int32))
     if count == 0:
-        return Lightmap(places, index, light)
-    charted = _ti.upload(found.nodes)
-    links = _ti.upload(found.first_link), _ti.upload(found.links)
-    vertices, samples = _ti.upload(scene.vertices[scene.triangles].ravel()), _ti.upload(found.samples)
-    raw, other = (_ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32)) for _ in range(2))
+        return direct.lightmap
+    charted = nodes[2]
+    other = _ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32))
     scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights)
-    nodes = (vertices, samples, charted)
-    for run in _runs(count, "the simulator lights surfaces"):
-        kernels.light_directly(*scene_arrays, near, *nodes, raw, *run, seed)
-    smoothing.finish(raw, raw, charted, index, *links, light, count)
     glow.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
     for run in _runs(count, "the simulator lights surfaces by way of others"):
@@ -113,7 +163,7 @@ def bake(scene: SceneGeometry, device: DeviceScene, cells: Cells, near: Any, see
             raw, other = other, raw
     smoothing.finish(narrow, raw, charted, index, *links, light, count)
     _ti.save_kernels()
-    return Lightmap(places, index, light)
+    return direct.lightmap
 
 
 def _patches(

@@ -67,6 +67,7 @@ class Renderer:
         self._cache_dir = cache_dir
         self.device = device_scene.upload(self._scene, lighting, cache_dir)
         self._arranged: arrangement.Arrangement | None = None
+        self._direct: lightmap.DirectLight | None = None  # from when cells are lit until the lightmap needs it
         self._changed: set[int] = set()  # objects that stand elsewhere, or are new: no splats show them
         self._is_lit_up = False
         self._kept: DeviceFrames | None = None  # of the last single picture on a GPU, where memory takes long to get
@@ -76,8 +77,12 @@ class Renderer:
         """The scene's indirect light, worked out (seconds) or loaded when the first picture asks for it."""
         if self._arranged is not None:  # what is kept on disk is that of scenes as they were loaded
             self.device = device_scene.relit(self.device, self._scene)
-            return irradiance.solve(self._scene, self.device, self._seed)
-        return irradiance.load_or_solve(self._scene, self._lighting, self.device, self._cache_dir, self._seed)
+            light, self._direct = irradiance.solve(self._scene, self.device, self._seed)
+        else:
+            light, self._direct = irradiance.load_or_solve(
+                self._scene, self._lighting, self.device, self._cache_dir, self._seed
+            )
+        return light
 
     @cached_property
     def exposure(self) -> npt.NDArray[np.float64]:
@@ -102,7 +107,9 @@ class Renderer:
     @cached_property
     def lightmap(self) -> lightmap.Lightmap:
         """The light of all surfaces, worked out (seconds) or loaded when the first picture asks for it."""
-        light = (self._cells, self.near_lights)  # first: they look for lamps anew
+        cells, near = self._cells, self.near_lights  # first: they look for lamps anew
+        light = (cells, near, self._direct)
+        self._direct = None
         if self._arranged is not None:
             return lightmap.bake(self._scene, self.device, *light, self._seed)
         return lightmap.load_or_bake(self._scene, self._lighting, self.device, *light, self._cache_dir, self._seed)
@@ -153,7 +160,7 @@ class Renderer:
     ) -> None:
         before = self.device
         self.device = device_scene.rearranged(before, arranged, after, changed)
-        self._arranged, self._scene = after, after.scene
+        self._arranged, self._scene, self._direct = after, after.scene, None
         if self.device.lights is not before.lights:
             self.relight()
 

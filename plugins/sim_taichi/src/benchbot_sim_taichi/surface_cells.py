@@ -12,8 +12,8 @@ from benchbot_sim_taichi.tables import triangle_areas
 CELL_STRIDE = 26
 SAMPLE_STRIDE = 4
 DIRECTIONS = 6
-# Kinds of points: in a room, before its panes, between surfaces close to each other, behind a wall.
-OPEN, OUTDOORS, SLOT, BEHIND = range(4)
+# Kinds of points: in a room, before its panes, between surfaces close to each other, behind a wall, within a solid.
+OPEN, OUTDOORS, SLOT, BEHIND, BURIED = range(5)
 MAX_SAMPLES_PER_CELL = 16
 MAX_GRID_ENTRIES = 24_000_000
 DEFAULT_CELL_SIZE_M = 0.10
@@ -106,6 +106,17 @@ def split(cells: SurfaceCells, kinds: IntArray) -> tuple[SurfaceCells, IntArray,
     first = np.concatenate([[0], np.cumsum(np.bincount(owner))]).astype(np.int32)
     keys = np.concatenate([cells.keys, cells.keys[place_of[is_further]]])
     return replace(cells, keys=keys, samples=samples, first=first), kind, following
+
+
+def without(cells: SurfaceCells, dropped: npt.NDArray[np.bool_]) -> SurfaceCells:
+    """Leave samples out, and cells that have no others."""
+    place = np.repeat(np.arange(cells.count), np.diff(cells.first))[~dropped]
+    size = np.bincount(place, minlength=cells.count)
+    grid = cells.grid.copy()
+    grid[cells.keys] = np.where(size > 0, np.cumsum(size > 0) - 1, -1)
+    samples = cells.samples.reshape(-1, SAMPLE_STRIDE)[~dropped].ravel()
+    first = np.concatenate([[0], np.cumsum(size[size > 0])]).astype(np.int32)
+    return replace(cells, grid=grid, keys=cells.keys[size > 0], samples=samples, first=first)
 
 
 def places(cells: SurfaceCells, scene: SceneGeometry) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -15,8 +15,8 @@ from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
 from benchbot_sim_taichi.kernels.cells import sample_normals, sample_point
 from benchbot_sim_taichi.kernels.follow import NEAR_PANE_M, follow, is_inside, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
-from benchbot_sim_taichi.kernels.light import sky_radiance
-from benchbot_sim_taichi.kernels.light_grid import choose, row_near, sample_near, shifted
+from benchbot_sim_taichi.kernels.light import light_cosine, sky_radiance
+from benchbot_sim_taichi.kernels.light_grid import choose, density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
 from benchbot_sim_taichi.kernels.panes import sent
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, mean_mirrored
@@ -31,6 +31,7 @@ from benchbot_sim_taichi.kernels.sampling import (
 from benchbot_sim_taichi.kernels.shading import mirrored_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
+from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 
 RAW_STRIDE = 12
@@ -40,7 +41,8 @@ NEAR_SUN_M = 0.1  # a sill in the sun is small, and so bright that rays which me
 DIRECT_RAYS = 16
 GATHERED_RAYS = 24
 SUN_RAYS = 8
-PROBES = 6  # to find out whether a node is hidden
+PROBES = 8
+PROBE, SUN = 2, 3  # kinds of rays, beside those to windows, 0, and to lamps, 1
 PATCHES = 16
 MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
@@ -91,6 +93,7 @@ def light_directly(
     lights: floats,
     portals: ti.i32,
     lamps: ti.i32,
+    light_of: ints,
     near: floats,
     vertices: floats,
     samples: floats,
@@ -100,40 +103,51 @@ def light_directly(
     count: ti.i32,
     seed: ti.i32,
 ):
-    """Find the light of windows, lamps and the sun at `count` nodes from `first` on; all else of them becomes zero."""
+    """Find the light of windows, lamps and the sun at `count` nodes from `first` on; all else of them becomes zero.
+
+    Rays all about (`PROBES`) find out whether a node is hidden, and lamps that are too close to be found by points.
+    """
     for node in range(first, first + count):
         at = node * RAW_STRIDE
         here = node_at(triangles, vertices, samples, charted, node)
+        # Rows of blocks all about, so that no block's edge can be seen.
+        row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
         shut_in = 0
-        for probe in range(PROBES):
-            if shut_in == probe:
-                toward = cosine_direction(here.normal, sobol_2d(probe, hash_u32(node)))
-                hit = trace(nodes, leaves, 0, here.point, toward, FAR, False)
-                if hit.t < GAP_M:
-                    shut_in += 1
-                elif hit.triangle >= 0:
-                    shut_in += is_inside(triangles, materials, hit.triangle, toward)
-        is_hidden = shut_in == PROBES
         direct = vec3(0.0)
-        covered = 0.0
         sun = 0.0
-        for k in range(ti.select(is_hidden, 0, DIRECT_RAYS * 2 + SUN_RAYS)):
-            kind = ti.select(k < DIRECT_RAYS, 0, ti.select(k < DIRECT_RAYS * 2, 1, 2))
+        for k in range(PROBES + DIRECT_RAYS * 2 + SUN_RAYS):
+            ray = k - PROBES
+            kind = ti.select(ray < 0, PROBE, ti.select(ray < DIRECT_RAYS * 2, ray // DIRECT_RAYS, SUN))
             toward = load3(env, 0)
-            value = load3(env, 3)
-            radiance = value
+            value = vec3(0.0)
             reach = FAR
-            if kind == 2:
-                toward = cone_direction(toward, env[15], sobol_2d(k - DIRECT_RAYS * 2, hash_u32(node)))
-            else:
-                value = vec3(0.0)
-                these = ti.select(kind == 0, portals, lamps)
-                if these > 0:
-                    ray = k - kind * DIRECT_RAYS
-                    # Rows of blocks all about, so that no block's edge can be seen.
-                    row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
+            likely = 0.0
+            rays = DIRECT_RAYS
+            if kind == PROBE:
+                rays = PROBES
+                if lamps > 0 or shut_in == k:
+                    toward = cosine_direction(here.normal, sobol_2d(here.rank * PROBES + k, here.scramble + seed + 4))
+                    hit = trace(nodes, leaves, 0, here.point, toward, FAR, False)
+                    if hit.t < GAP_M:
+                        shut_in += 1
+                    elif hit.triangle >= 0:
+                        shut_in += is_inside(triangles, materials, hit.triangle, toward)
+                    lamp = -1
+                    if hit.triangle >= 0:
+                        lamp = light_of[hit.triangle]
+                    if lamp >= portals and light_cosine(lights, lamp * LIGHT_STRIDE, toward) > 0.0:
+                        reach = hit.t * 0.999
+                        value = load3(lights, lamp * LIGHT_STRIDE + 14) * (PI / ti.max(here.normal.dot(toward), 1e-6))
+                        likely = near[row + 1] * density_in_row(
+                            near, lights, row, 1, portals, lamp, toward * hit.t, toward
+                        )
+            elif shut_in < PROBES:
+                if kind == SUN:
+                    rays = SUN_RAYS
+                    value = load3(env, 3)
+                    toward = cone_direction(toward, env[15], sobol_2d(ray - DIRECT_RAYS * 2, hash_u32(node)))
+                elif ti.select(kind == 0, portals, lamps) > 0:
                     every = ti.cast(near[row + kind], ti.i32)  # so that no sample is left out
-                    sample = (here.rank * DIRECT_RAYS + ray) * every
                     light = sample_near(
                         near,
                         lights,
@@ -141,39 +155,44 @@ def light_directly(
                         row,
                         kind,
                         kind * portals,
-                        these,
+                        ti.select(kind == 0, portals, lamps),
                         here.point,
-                        sample,
+                        (here.rank * DIRECT_RAYS + ray - kind * DIRECT_RAYS) * every,
                         here.scramble + seed + 1 + kind,
                     )
                     toward = light.direction
                     value = light.value / ti.cast(every, ti.f32)
-                    radiance = light.radiance
+                    likely = light.density
                     reach = ti.select(kind == 0, FAR, light.distance)
-                    if kind == 0 and light.distance < NEAR_PANE_M:
+                    if kind == 1:
+                        # Not bounded close by, as `value` is: probes share the weight there.
+                        value = light.radiance / ti.max(likely, 1e-20)
+                    elif light.distance < NEAR_PANE_M:
                         value = vec3(0.0)
             cosine = here.normal.dot(toward)
             if cosine > 0.0 and here.face.dot(toward) > 0.0 and value.max() > 0.0:
                 passed = sent(
                     nodes, leaves, sheer_root, triangles, materials, texels, images, here.point, toward, reach
                 )
-                if kind == 2:
+                share = cosine / ti.cast(rays, ti.f32)
+                if kind == SUN:
                     # The share of the colour of which panes let pass least; what passes more of the others is added.
                     least = passed.share.min()
                     sun += least / ti.cast(SUN_RAYS, ti.f32)
-                    direct += (passed.share - least) * value * (cosine / ti.cast(SUN_RAYS, ti.f32))
+                    direct += (passed.share - least) * value * share
                 else:
-                    direct += passed.share * value * (cosine / ti.cast(DIRECT_RAYS, ti.f32))
-                    covered += cosine * value.max() / ti.max(radiance.max() * ti.cast(DIRECT_RAYS, ti.f32), 1e-9)
-        # No more than all around can be light; points close to a window find it larger now and then.
-        direct *= ti.min(PI / ti.max(covered, PI), 1.0)
+                    if kind != 0:
+                        # Both ways to find a lamp, weighed by how likely each was (Veach and Guibas, 1995).
+                        chosen, met = DIRECT_RAYS * likely, PROBES * cosine / PI
+                        share *= ti.select(kind == PROBE, met, chosen) / ti.max(chosen + met, 1e-20)
+                    direct += passed.share * value * share
         for i in ti.static(range(3)):
             raw[at + i] = direct[i]
         for i in ti.static(range(3, RAW_STRIDE)):
             raw[at + i] = 0.0
         raw[at + 9] = 1.0
         raw[at + 10] = sun
-        raw[at + 11] = ti.select(is_hidden, HIDDEN_WEIGHT, 1.0)
+        raw[at + 11] = ti.select(shut_in == PROBES, HIDDEN_WEIGHT, 1.0)
 
 
 @ti.func

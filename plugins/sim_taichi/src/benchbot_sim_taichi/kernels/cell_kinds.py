@@ -4,13 +4,15 @@
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.cell_lookup import SLOT_M
 from benchbot_sim_taichi.kernels.cells import CLEAR_M, OFFSET_M, sample_point
+from benchbot_sim_taichi.kernels.follow import is_inside
 from benchbot_sim_taichi.kernels.panes import sent
 from benchbot_sim_taichi.kernels.sampling import cosine_direction, hash_u32, sobol_2d
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
-from benchbot_sim_taichi.surface_cells import BEHIND, OPEN, OUTDOORS, SAMPLE_STRIDE, SLOT
+from benchbot_sim_taichi.surface_cells import BEHIND, BURIED, OPEN, OUTDOORS, SAMPLE_STRIDE, SLOT
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
+PROBES = 6
 SLOT_RAYS = 6
 LEAST_OUT = 2  # of them, where a sample is in no slot
 OUTDOORS_RAYS = 8  # one to the sun, the others about
@@ -35,21 +37,29 @@ def find_kinds(
 ):
     """Fill `kinds` with the kinds of all samples.
 
-    Those from which hardly a ray gets further than `SLOT_M` are in a slot, as between a sill and the wall below it.
-    Where panes keep a room from the sky, others that see the sky or the sun without one are outdoors.
+    Those from which no ray gets out of a solid are buried in it, as a ceiling is below the dome of a lamp. Those from
+    which hardly a ray gets further than `SLOT_M` are in a slot, as between a sill and the wall below it. Where panes
+    keep a room from the sky, others that see the sky or the sun without one are outdoors.
     """
     for sample in range(count):
         triangle = ti.cast(samples[sample * SAMPLE_STRIDE], ti.i32)
         face = load3(triangles, triangle * TRIANGLE_STRIDE + 15) * samples[sample * SAMPLE_STRIDE + 3]
         position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
         scramble = hash_u32(sample ^ hash_u32(seed + 1))
-        gets_out = 0
+        buried = 0
+        for k in range(PROBES):
+            if buried == k:
+                out = cosine_direction(face, sobol_2d(k, scramble))
+                hit = trace(nodes, leaves, 0, position, out, FAR, False)
+                if hit.triangle >= 0:
+                    buried += is_inside(triangles, materials, hit.triangle, out)
+        gets_out = ti.select(buried == PROBES, LEAST_OUT, 0)
         for k in range(SLOT_RAYS):
             if gets_out < LEAST_OUT:
                 out = cosine_direction(face, sobol_2d(k, scramble))
                 around = trace(nodes, leaves, 0, position, out, SLOT_M, True)
                 gets_out += ti.cast(around.triangle < 0, ti.i32)
-        kind = ti.select(gets_out < LEAST_OUT, SLOT, OPEN)
+        kind = ti.select(gets_out < LEAST_OUT, SLOT, ti.select(buried == PROBES, BURIED, OPEN))
         for k in range(ti.select(portals > 0 and kind == OPEN, OUTDOORS_RAYS, 0)):
             if kind == OPEN:
                 out = cosine_direction(face, sobol_2d(k, scramble))

@@ -13,6 +13,7 @@ from benchbot_sim_taichi.kernels.follow import NEAR_PANE_M, follow, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
+from benchbot_sim_taichi.kernels.lightmap import stored_light
 from benchbot_sim_taichi.kernels.panes import pack, sent, unpack
 from benchbot_sim_taichi.kernels.reflectance import mean_mirrored
 from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, evenly_spread, hash_u32, sobol_2d
@@ -28,7 +29,7 @@ APART_WEIGHT = 0.1
 CLEAR_M = 0.03  # above what is round, or has mouldings
 LEAST_WEIGHT = 1e-3
 LINK_NONE = -1
-SKY_STRIDE = 5
+GATHERED_STRIDE = 5
 INV_PI = 0.31830988618379067
 
 
@@ -76,14 +77,13 @@ def light_cells(
     first: ints,
     apart: ints,
     direct: floats,
-    matt: floats,
     cells: floats,
     count: ti.i32,
     points_per_cell: ti.i32,
     size_m: ti.f32,
     seed: ti.i32,
 ):
-    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part, `matt` the colour.
+    """Mean position, normal, albedo and direct light of each cell; `direct` takes the sun's part.
 
     A point counts as far as it can be seen from beyond `GAP_M`: the ceiling right behind a lamp is very bright, but no
     light gets from there into the room. Cells that are `apart` (1, else 0) count little beside others.
@@ -94,7 +94,6 @@ def light_cells(
         mean_position = vec3(0.0)
         mean_normal = vec3(0.0)
         albedo = vec3(0.0)
-        color = vec3(0.0)
         sun = vec3(0.0)
         sees_sun = False
         straight = vec3(0.0)
@@ -125,7 +124,6 @@ def light_cells(
             mean_position += weight * position
             mean_normal += weight * surface.normal
             mirrored = mean_mirrored(env, surface.specular, surface.roughness)
-            color += weight * surface.diffuse
             albedo += weight * (surface.diffuse * (vec3(1.0) - mirrored) + mirrored)
             xi = sobol_2d(k, scramble)
             row = row_near(near, position, surface.normal)
@@ -174,7 +172,6 @@ def light_cells(
             cells[cell * CELL_STRIDE + 12 + i] = straight[i] * scale
             cells[cell * CELL_STRIDE + 18 + i] = ti.min(albedo[i] * scale, 0.95)
             direct[cell * 3 + i] = sun[i] * scale
-            matt[cell * 3 + i] = color[i] * scale
         cells[cell * CELL_STRIDE + 22] = ti.cast(sees_sun, ti.f32)
         cells[cell * CELL_STRIDE + 23] = ti.select(apart[cell] == 1, APART_WEIGHT, 1.0)
 
@@ -199,24 +196,26 @@ def link_cells(
     links: ints,
     tints: ints,
     exposed: floats,
-    direct: floats,
-    sky: floats,
+    places: floats,
+    index: ints,
+    light: ints,
+    gathered: floats,
     count: ti.i32,
     rays: ti.i32,
     seed: ti.i32,
 ):
-    """Store the cell at which each of a cell's rays ends, and what share of its light comes (`panes.pack`).
+    """Store the cell at which each of a cell's rays ends, and what share of the light there comes (`panes.pack`).
 
     Others see more of points that lie open: rays count by the share of those of their point that meet nothing within
-    `GAP_M` (`exposed`, one per point). `sky` (5 per cell): radiance sum of rays that escape, with what lamps and the
-    sun send by way of what mirrors, number of valid rays, both so weighted, and the share of all rays that is valid; a
-    cell's value 21 becomes the share that escapes.
+    `GAP_M` (`exposed`, one per point). `gathered` (5 per cell): radiance sum of what comes from the sky, from lamps by
+    way of mirrors, and from windows, lamps and the sun by way of one surface, number of valid rays, both so weighted,
+    and the share of all rays that is valid; a cell's value 21 becomes the share of these that escapes.
     """
     for cell in range(count):
         begin = first[cell]
         size = first[cell + 1] - begin
         scramble = hash_u32(cell * 2 + 1 ^ seed)
-        sum_sky = vec3(0.0)
+        total = vec3(0.0)
         escaped = 0.0
         valid = 0.0
         counted = 0.0
@@ -224,7 +223,7 @@ def link_cells(
             normal, face = sample_normals(triangles, samples, begin + k)
             position = sample_point(triangles, vertices, samples, begin + k) + face * OFFSET_M
             own_rays = (rays - k + size - 1) // size
-            own_sky = vec3(0.0)
+            own = vec3(0.0)
             own_escaped = 0.0
             own_valid = 0.0
             unhindered = 0.0
@@ -253,29 +252,31 @@ def link_cells(
                     if end.hit.triangle >= 0 and end.is_inside == 0:
                         point = end.origin + end.direction * end.hit.t
                         link = cell_met(grid, cells, layout, point, surface.face, end.hit.t)
+                        stored = stored_light(places, index, light, triangles, end.hit, surface.face)
+                        sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
+                        straight = (stored.irradiance + sunlight) * INV_PI
+                        own += end.share * (surface.diffuse * end.matt + end.evenly) * straight
+                        own += end.share * (sunlight / end.likely) * mirrored_sun(env, end.direction, surface)
                         if end.mirrors > 0:
-                            own_sky += end.share * surface.emission
-                        if link >= 0:
-                            sunlight = load3(direct, link * 3) / end.likely
-                            own_sky += end.share * sunlight * mirrored_sun(env, end.direction, surface)
+                            own += end.share * surface.emission
                     elif end.hit.triangle < 0:
                         # Sky that is seen through a pane counts as direct light.
                         is_direct = portals > 0 and end.panes > 0 and end.mirrors == 0
                         if not is_direct or end.pane_m < NEAR_PANE_M:
-                            own_sky += end.share * sky_radiance(env, end.direction)
+                            own += end.share * sky_radiance(env, end.direction)
                         own_escaped += ti.select(is_direct or end.mirrors > 0, 0.0, 1.0)
-                    tints[cell * rays + r] = pack(end.share * end.matt)
+                    tints[cell * rays + r] = pack(end.share * end.matt * surface.diffuse)
                 links[cell * rays + r] = link
             weight = ti.max(unhindered / ti.cast(own_rays, ti.f32), HIDDEN_WEIGHT)
             exposed[begin + k] = weight
-            sum_sky += weight * own_sky
+            total += weight * own
             escaped += weight * own_escaped
             valid += weight * own_valid
             counted += own_valid
         for c in ti.static(range(3)):
-            sky[cell * SKY_STRIDE + c] = sum_sky[c]
-        sky[cell * SKY_STRIDE + 3] = valid
-        sky[cell * SKY_STRIDE + 4] = counted / ti.cast(rays, ti.f32)
+            gathered[cell * GATHERED_STRIDE + c] = total[c]
+        gathered[cell * GATHERED_STRIDE + 3] = valid
+        gathered[cell * GATHERED_STRIDE + 4] = counted / ti.cast(rays, ti.f32)
         cells[cell * CELL_STRIDE + 21] = escaped / ti.max(valid, HIDDEN_WEIGHT)
 
 
@@ -285,16 +286,13 @@ def bounce_cells(
     links: ints,
     tints: ints,
     exposed: floats,
-    sky: floats,
-    direct: floats,
-    matt: floats,
-    cells: floats,
+    gathered: floats,
     before: floats,
     after: floats,
     count: ti.i32,
     rays: ti.i32,
 ):
-    """One more bounce: irradiance `after` from irradiance `before` (3 per cell each)."""
+    """One more bounce: irradiance by way of other surfaces, `after` from `before` (3 per cell each)."""
     for cell in range(count):
         total = vec3(0.0)
         begin = first[cell]
@@ -302,14 +300,13 @@ def bounce_cells(
         for r in range(rays):
             other = links[cell * rays + r]
             if other >= 0:
-                radiance = load3(before, other * 3) * load3(matt, other * 3) * INV_PI
-                total += radiance * unpack(tints[cell * rays + r]) * exposed[begin + r % size]
-        escaped = load3(sky, cell * SKY_STRIDE)
-        valid = sky[cell * SKY_STRIDE + 3]
+                radiance = load3(before, other * 3) * unpack(tints[cell * rays + r]) * INV_PI
+                total += radiance * exposed[begin + r % size]
+        total += load3(gathered, cell * GATHERED_STRIDE)
+        valid = gathered[cell * GATHERED_STRIDE + 3]
         inv = ti.select(valid > 0.0, 1.0 / ti.max(valid, HIDDEN_WEIGHT), 0.0)
         for c in ti.static(range(3)):
-            straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
-            after[cell * 3 + c] = straight + (total[c] + escaped[c]) * inv / INV_PI
+            after[cell * 3 + c] = total[c] * inv / INV_PI
 
 
 @ti.kernel
@@ -363,14 +360,11 @@ def smooth_cells(
 
 
 @ti.kernel
-def split_cells(cells: floats, direct: floats, irradiance: floats, sky: floats, target: floats, count: ti.i32):
-    """The part of a cell's irradiance that came by way of other surfaces."""
+def weigh_cells(cells: floats, gathered: floats, count: ti.i32):
+    """Have cells count by the share of their rays that did not start inside a solid."""
     for cell in range(count):
         # Not in `link_cells`, whose rays look this value up in other cells at the same time.
-        cells[cell * CELL_STRIDE + 23] *= sky[cell * SKY_STRIDE + 4]
-        for c in ti.static(range(3)):
-            straight = direct[cell * 3 + c] + cells[cell * CELL_STRIDE + 12 + c]
-            target[cell * 3 + c] = irradiance[cell * 3 + c] - straight
+        cells[cell * CELL_STRIDE + 23] *= gathered[cell * GATHERED_STRIDE + 4]
 
 
 @ti.kernel

@@ -41,9 +41,9 @@ def smooth(
 ):
     """Average values `first` to `last` - 1 of charts' nodes over those `step` before and after.
 
-    These count half, so that every stratum counts alike. Nodes whose `distinction` is above `most_apart` count less,
-    and nothing from twice that on, so that shadows keep their edges (edge-avoiding à-trous wavelets: Dammertz, Sewtz,
-    Hanika and Lensch, 2010); 2 has all of them count.
+    These count half, so that every stratum counts alike, and light is only moved: its sum stays. Nodes whose
+    `distinction` is above `most_apart` count less, and nothing from twice that on, so that shadows keep their edges
+    (edge-avoiding à-trous wavelets: Dammertz, Sewtz, Hanika and Lensch, 2010); 2 has all of them count.
     """
     for node in range(count):
         at = node * RAW_STRIDE
@@ -56,18 +56,19 @@ def smooth(
             stride = step * ti.select(down == 1, charted[node * NODE_STRIDE + 3], 1)
             weights = 0.0
             total = ti.Vector([0.0] * RAW_STRIDE)
-            for k in range(-1, 2):
+            for k in ti.static((-1, 1)):
                 if 0 <= place + k * step < size:
                     other = index[entry + k * stride]
                     if other >= 0:
-                        weight = ti.select(k != 0, 0.5, 1.0) * source[other * RAW_STRIDE + 11]
+                        weight = 0.5 * source[other * RAW_STRIDE + 11]
                         weight *= ti.math.clamp(2.0 - distinction(source, node, other) / most_apart, 0.0, 1.0)
                         for c in ti.static(range(first, last)):
                             total[c] += weight * source[other * RAW_STRIDE + c]
                         weights += weight
-            if weights > 0.0:
-                for c in ti.static(range(first, last)):
-                    target[at + c] = total[c] / weights
+            # What neighbours do not give stays here: otherwise nodes would count less at edges than beside them.
+            own = ti.max(2.0 * source[at + 11] - weights, source[at + 11])
+            for c in ti.static(range(first, last)):
+                target[at + c] = (total[c] + own * source[at + c]) / (weights + own)
 
 
 @ti.kernel
