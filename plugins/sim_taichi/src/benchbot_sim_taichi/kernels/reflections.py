@@ -2,7 +2,8 @@
 """The radiance that smooth surfaces and panes mirror: traced, spread among neighbours where they are rough, added.
 
 Of glossy surfaces every other pixel traces a ray of its own, in a pattern that the filter averages out (interleaved
-sampling: Keller and Heidrich, 2001), and one to a lamp, which such rays seldom meet.
+sampling: Keller and Heidrich, 2001), and one to a lamp, which such rays seldom meet. Where little is mirrored, every
+fourth does.
 """
 
 from benchbot_sim_taichi._ti import ti
@@ -40,6 +41,7 @@ from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 BRIGHTEST_REFLECTION = 20.0  # brighter than windows by day
 LEAST_MIRRORED = 0.07
+LITTLE_MIRRORED = 0.06  # of floors and tiles, unless they are seen at a grazing angle
 STEEPEST = 0.02
 UNSEEN = -1.0
 
@@ -69,10 +71,13 @@ def no_glare(cameras: ti.template(), eye, reflection, mirrored):
 
 
 @ti.func
-def stratum(x, y):
-    """Rank of a pixel in its 8x8 tile; either colour of the chessboard has 32 in a row."""
+def stratum(x, y, share_bits):
+    """Rank of a pixel in its 8x8 tile: those of either colour of the chessboard have 32 in a row with one bit.
+
+    With two bits the pixels whose x and y are even have 16 in a row.
+    """
     rank = interleave_index(x, y)
-    return (rank >> 1) | (rank & 1) << 5
+    return (rank >> share_bits) | (rank & ((1 << share_bits) - 1)) << (6 - share_bits)
 
 
 @ti.kernel
@@ -113,7 +118,8 @@ def reflect(
         pixel = first + y * width + x
         kind = gloss(kinds[pixel])
         out = pixel * MIRROR_STRIDE
-        if kind == GLOSSY and (x ^ y) & 1 == 1:
+        share_bits = ti.select(load3(mirrors, out + 6).max() < LITTLE_MIRRORED, 2, 1)
+        if kind == GLOSSY and ((x ^ y) & 1 == 1 or (share_bits == 2 and y & 1 == 1)):
             mirrors[out + 11] = UNSEEN
         elif kind != ROUGH:
             ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
@@ -124,7 +130,7 @@ def reflect(
             origin = camera_origin(cameras, eye) + ray * mirrors[out + 10]
             origin += face * (OFFSET_M + 1e-4 * mirrors[out + 10])
             toward = direction - normal * (2.0 * direction.dot(normal))
-            rank = stratum(x, y)
+            rank = stratum(x, y, share_bits)
             weight = ti.Vector([1.0, 1.0, 1.0, 0.0])
             at_lamp = vec3(0.0)
             row = 0
