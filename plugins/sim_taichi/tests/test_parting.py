@@ -140,3 +140,4 @@ def test_a_rail_is_lit_before_the_pane_by_the_day_and_behind_it_by_the_room(tmp_
     step = sides.start + np.abs(np.diff(paths[sides])).argmax()
     columns = np.array([column for column in range(192)[sides] if abs(column - step) > 2])
     np.testing.assert_allclose(ours[columns], paths[columns], atol=2)
+    assert ours[sides] == pytest.approx(np.clip(ours[sides], paths[sides].min(), paths[sides].max()), abs=2)

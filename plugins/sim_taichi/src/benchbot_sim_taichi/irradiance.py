@@ -86,7 +86,7 @@ def solve(scene: SceneGeometry, device: DeviceScene, seed: int) -> tuple[Irradia
         return Irradiance(found.grid, np.zeros(surface_cells.CELL_STRIDE, np.float32), found.layout, near), None
     lights_near = _ti.upload(near)
     lit = lightmap.light_directly(scene, device, lights_near, seed)
-    vertices = _ti.upload(scene.vertices[scene.triangles].ravel())
+    vertices = lit.scattered[0]
     found, values, apart = _by_kinds(found, device, vertices, seed)
     count = found.count
     cells, grid, layout = _ti.upload(values), _ti.upload(found.grid), _ti.upload(found.layout)
