@@ -202,3 +202,30 @@ def fence(path: Path) -> Path:
     glb.add("pane", card - [1, 0, 0] + [0, 1, 0], quad, glb.material(glass=True), class_name="pane")
     glb.box("wall", (3, -9, -3), (3.1, 9, 5), glb.material())
     return glb.write(path)
+
+
+def board_above_slats(path: Path, height_m: float) -> Path:
+    """A floor of 2 x 2 m with slats 1 cm wide every 6 cm, and a board of 40 x 40 cm one metre above; all matt."""
+    glb = Glb()
+    matt = glb.material((0.6,) * 3, ior=1.0)
+    glb.box("floor", (-1, -1, -0.1), (1, 1, 0), matt)
+    for index, x in enumerate(np.arange(-0.95, 0.95, 0.06)):
+        glb.box(f"slat {index}", (x, -1, 0), (x + 0.01, 1, height_m), matt)
+    glb.box("board", (-0.2, -0.2, 1.0), (0.2, 0.2, 1.02), matt)
+    return glb.write(path)
+
+
+def room_with_a_dark_board(path: Path) -> Path:
+    """4 x 4 x 2.5 m; a smooth dark wall at y = 2, and an opening of 80 x 80 cm across from it."""
+    glb = Glb()
+    plaster, board = glb.material((0.6,) * 3), glb.material((0.03,) * 3, roughness=0.35)
+    glb.box("floor", (-2, -2, -0.1), (2, 2, 0), plaster)
+    glb.box("ceiling", (-2, -2, 2.5), (2, 2, 2.6), plaster)
+    glb.box("wall west", (-2.1, -2, 0), (-2, 2, 2.5), plaster)
+    glb.box("wall east", (2, -2, 0), (2.1, 2, 2.5), plaster)
+    glb.box("board", (-2, 2, 0), (2, 2.1, 2.5), board)
+    glb.box("wall south low", (-2, -2.1, 0), (2, -2, 1), plaster)
+    glb.box("wall south high", (-2, -2.1, 1.8), (2, -2, 2.5), plaster)
+    glb.box("wall south left", (-2, -2.1, 1), (-0.4, -2, 1.8), plaster)
+    glb.box("wall south right", (0.4, -2.1, 1), (2, -2, 1.8), plaster)
+    return glb.write(path)

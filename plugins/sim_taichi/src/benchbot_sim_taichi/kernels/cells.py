@@ -13,7 +13,7 @@ from benchbot_sim_taichi.kernels.follow import NEAR_PANE_M, follow, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.light import sky_radiance
 from benchbot_sim_taichi.kernels.light_grid import row_near, sample_near
-from benchbot_sim_taichi.kernels.lightmap import stored_light
+from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.panes import pack, sent, unpack
 from benchbot_sim_taichi.kernels.reflectance import mean_mirrored
 from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, evenly_spread, hash_u32, sobol_2d
@@ -252,7 +252,23 @@ def link_cells(
                     if end.hit.triangle >= 0 and end.is_inside == 0:
                         point = end.origin + end.direction * end.hit.t
                         link = cell_met(grid, cells, layout, point, surface.face, end.hit.t)
-                        stored = stored_light(places, index, light, triangles, end.hit, surface.face)
+                        stored = light_at(
+                            nodes,
+                            leaves,
+                            sheer_root,
+                            triangles,
+                            materials,
+                            texels,
+                            images,
+                            env,
+                            places,
+                            index,
+                            light,
+                            end.hit,
+                            surface.face,
+                            point,
+                            scramble ^ r,
+                        )
                         sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         straight = (stored.irradiance + sunlight) * INV_PI
                         own += end.share * (surface.diffuse * end.matt + end.evenly) * straight

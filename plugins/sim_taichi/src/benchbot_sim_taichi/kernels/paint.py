@@ -7,9 +7,9 @@ bit, whatever it is taken together with.
 
 A pixel's guide (`GUIDE_STRIDE` values): normal without normal map and depth of its opaque surface, what filters need.
 Its shade (`SHADE_STRIDE`): radiance without what is mirrored, and a number for the surface, below -1 behind a pane. Its
-kind: `ROUGH`, `GLOSSY` or `MIRROR`, and `SUN_EDGE` beside where sunshine ends. Its mirror (`MIRROR_STRIDE`), unless it
-is `ROUGH`: normal, face normal, share of each colour mirrored, roughness, distance along the camera ray, radiance that
-comes from there, specular reflectance.
+kind: `ROUGH`, `GLOSSY` or `MIRROR`, with `SUN_EDGE` beside where sunshine ends and `FAINT` where next to nothing is
+mirrored. Its mirror (`MIRROR_STRIDE`), unless it is `ROUGH`: normal, face normal, share of each colour mirrored,
+roughness, distance along the camera ray, radiance that comes from there, specular reflectance.
 """
 
 from benchbot_sim_taichi._ti import ti
@@ -27,9 +27,10 @@ from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 GUIDE_STRIDE = 4
 SHADE_STRIDE = 4
 MIRROR_STRIDE = 17
-ROUGH, GLOSSY, MIRROR, SUN_EDGE = 0, 1, 2, 4
+ROUGH, GLOSSY, MIRROR, SUN_EDGE, FAINT = 0, 1, 2, 4, 8
 REFLECT_ROUGHNESS = 0.55
 MIRROR_ROUGHNESS = 0.08
+FAINT_SHARE = 0.1  # of what a surface sends by its matt lobe
 MATERIALS = 512.0
 
 
@@ -160,6 +161,8 @@ def paint(
                         reflection = stored.irradiance * INV_PI
                         if surface.roughness < REFLECT_ROUGHNESS:
                             kind = ti.select(surface.roughness <= MIRROR_ROUGHNESS, MIRROR, GLOSSY)
+                            if mirrored.max() < FAINT_SHARE * surface.diffuse.max():
+                                kind |= FAINT
                             even = mirrored * reflection
                             reflection = vec3(0.0)
                             for i in ti.static(range(3)):

@@ -30,18 +30,17 @@ from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.light_grid import density_in_row, row_near, sample_near, shifted
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M, stored_light
 from benchbot_sim_taichi.kernels.neighbours import MIN_ALIGNMENT, fit, pixel_plane
-from benchbot_sim_taichi.kernels.paint import GLOSSY, GUIDE_STRIDE, MIRROR_STRIDE, ROUGH, SHADE_STRIDE, gloss
+from benchbot_sim_taichi.kernels.paint import FAINT, GLOSSY, GUIDE_STRIDE, MIRROR_STRIDE, ROUGH, SHADE_STRIDE, gloss
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sent, sheerness
 from benchbot_sim_taichi.kernels.reflectance import INV_PI, mirror_direction, scatter
 from benchbot_sim_taichi.kernels.sampling import bounded, interleave_index, power_share, sobol_2d
-from benchbot_sim_taichi.kernels.shading import compress
+from benchbot_sim_taichi.kernels.shading import compress, mirrored_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
 
 BRIGHTEST_REFLECTION = 20.0  # brighter than windows by day
 LEAST_MIRRORED = 0.07
-LITTLE_MIRRORED = 0.06  # of floors and tiles, unless they are seen at a grazing angle
 STEEPEST = 0.02
 UNSEEN = -1.0
 
@@ -118,7 +117,7 @@ def reflect(
         pixel = first + y * width + x
         kind = gloss(kinds[pixel])
         out = pixel * MIRROR_STRIDE
-        share_bits = ti.select(load3(mirrors, out + 6).max() < LITTLE_MIRRORED, 2, 1)
+        share_bits = ti.select((kinds[pixel] & FAINT) != 0, 2, 1)
         if kind == GLOSSY and ((x ^ y) & 1 == 1 or (share_bits == 2 and y & 1 == 1)):
             mirrors[out + 11] = UNSEEN
         elif kind != ROUGH:
@@ -201,7 +200,8 @@ def reflect(
                 )
                 stored = stored_light(places, index, light, triangles, hit, surface.face)
                 stored.irradiance += load3(env, 3) * (stored.sun * ti.max(surface.normal.dot(load3(env, 0)), 0.0))
-                reflection = (surface.diffuse + surface.specular * 0.5) * stored.irradiance * INV_PI
+                even = mirrored_share(env, toward, surface.normal, surface)
+                reflection = (surface.diffuse * (vec3(1.0) - even) + even) * stored.irradiance * INV_PI
                 density = 0.0
                 lamp = light_of[hit.triangle]
                 if kind == GLOSSY and lamp >= portals:

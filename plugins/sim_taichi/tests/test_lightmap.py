@@ -1,0 +1,61 @@
+"""Light at the nodes of surfaces."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchbot_scenes.gltf import load_scene
+from benchbot_sim_taichi import _ti, lightmap
+from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
+from benchbot_sim_taichi.renderer import Renderer
+from plugins.sim_taichi.tests.glb import Glb
+
+pytestmark = pytest.mark.xdist_group("renderer")
+
+NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky(*[(0.0,) * 3] * 3), exposure=1.0)
+
+
+@pytest.mark.parametrize("gap_m", [0.03, 0.2])
+def test_all_light_of_a_lamp_arrives_however_close_it_is(tmp_path: Path, kernel_cache: Path, gap_m: float) -> None:
+    """A ceiling's irradiance, summed up over its area, is the power of the face below it (Lambert): pi L A."""
+    glb = Glb()
+    glb.box("ceiling", (-4, -4, 2.0), (4, 4, 2.1), glb.material((0.5,) * 3))
+    top = 2.0 - gap_m
+    glb.box("lamp", (-0.2, -0.2, top - 1e-3), (0.2, 0.2, top), glb.material((0.0,) * 3, emission=(10.0,) * 3))
+    scene = load_scene(glb.write(tmp_path / "ceiling.glb"))
+    renderer = Renderer(scene, NIGHT, cache_dir=kernel_cache)
+
+    direct = lightmap.light_directly(renderer.scene, renderer.device, renderer.near_lights, 0)
+
+    positions, normals = direct.found.places_in(renderer.scene)
+    below = (np.abs(positions[:, 2] - 2.0) < 1e-3) & (normals[:, 2] < -0.9)
+    arrived = (_ti.download(direct.raw).reshape(len(positions), -1)[below, 0] * direct.found.area_m2[below]).sum()
+    assert arrived == pytest.approx(np.pi * 10.0 * 0.4**2, rel=0.02)
+
+
+def test_what_is_smoothed_keeps_its_sum(kernel_cache: Path) -> None:
+    """Light that is averaged only moves: nodes at an edge, or where a shadow begins, count as all others."""
+    _ti.start("cpu", kernel_cache)
+    from benchbot_sim_taichi.kernels import smoothing
+    from benchbot_sim_taichi.kernels.bake import RAW_STRIDE
+
+    width, height = 12, 7
+    y, x = np.divmod(np.arange(width * height), width)
+    of_chart = np.column_stack(
+        [np.arange(width * height), x, y, *(np.full(width * height, n) for n in (width, height))]
+    )
+    raw = np.random.default_rng(0).random((width * height, RAW_STRIDE)).astype(np.float32)
+    raw[x < 5, :3] *= 0.1
+    raw[:, 11] = 1.0
+    values = [
+        _ti.upload(array.ravel())
+        for array in (raw, of_chart.astype(np.int32), np.arange(width * height, dtype=np.int32))
+    ]
+    smoothed = _ti.upload(np.zeros(raw.size, np.float32))
+
+    smoothing.smooth(*values, smoothed, width * height, 0, 2, 0.1, 0, 10)
+
+    after = _ti.download(smoothed).reshape(raw.shape)
+    assert np.abs(after[:, :10] - raw[:, :10]).max() > 0.1
+    assert after.sum(axis=0) == pytest.approx(raw.sum(axis=0), rel=1e-5)
