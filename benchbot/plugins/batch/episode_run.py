@@ -12,7 +12,7 @@ from benchbot.api.client import Client
 from benchbot.core import resources, results
 from benchbot.core.declarations.catalog import Catalog
 from benchbot.core.errors import BenchbotError, FailureClass
-from benchbot.core.request import AUTO
+from benchbot.core.request import AUTO, RunRequest
 from benchbot.plugins.batch import machine
 from benchbot.plugins.batch.attempts import (
     LOST_LIMIT,
@@ -75,6 +75,18 @@ class WarmBackend:
                 pass  # It is stuck or dying: a fresh one tells whether the episode is the reason.
             else:
                 return self._backend.state
+        return self._start(episode, request).state
+
+    def warm_up(self, episode: PlannedEpisode) -> None:
+        """Load the scene of an episode that may not begin yet, unless a scene is loaded.
+
+        Where that is impossible nothing is: `begin` says why.
+        """
+        if self._backend is None:
+            with suppress(BenchbotError):
+                self._start(episode, self._plan.request_of(episode))
+
+    def _start(self, episode: PlannedEpisode, request: RunRequest) -> Backend:
         self.close()
         self._backend = self._stack.enter_context(
             Backend.start(
@@ -86,7 +98,7 @@ class WarmBackend:
             )
         )
         self.scene = episode.scene
-        return self._backend.state
+        return self._backend
 
     def died(self) -> BenchbotError | None:
         """Return why the back end is gone; None while it lives, or when there is none."""

@@ -98,6 +98,7 @@ class Worker:
                 else:
                     if not idle:
                         self._events.tell("idle")
+                        self._load_ahead()
                     idle = True
                     time.sleep(IDLE_S)
         finally:
@@ -143,6 +144,13 @@ class Worker:
         for episode in self._left.of(claimed):
             self._drop_if_finished(episode)
         return None
+
+    def _load_ahead(self) -> None:
+        """Load what the next episode is simulated in, where it waits for a canary."""
+        waiting = filter(self._canaries.holds_back, self._left.candidates(self._observer.keys(), self._backend.scene))
+        episode = next(waiting, None)
+        if episode is not None:
+            self._backend.warm_up(episode)
 
     def _drop_if_finished(self, episode: PlannedEpisode) -> bool:
         """Forget an episode that has its result; say whether it has."""

@@ -10,7 +10,7 @@ from benchbot.core.errors import BenchbotError
 from benchbot.plugins.batch.early_end import failure_limit
 from benchbot.plugins.batch.error_groups import ErrorGroup, cause, grouped, lines
 from tests.cli.solutions import CRASHING, PASSIVE
-from tests.plugins.batch.conftest import Batches
+from tests.plugins.batch.conftest import Batches, wait_until
 
 LACKS_A_MODULE = """\
 import os
@@ -26,6 +26,13 @@ import os, sys, time
 from benchbot.api import BenchBot
 BenchBot().step("move_next")
 sys.exit(f"error {os.getpid()}")
+"""
+
+
+WAITS = """\
+import os, time
+while not os.path.exists({go!r}):
+    time.sleep(0.05)
 """
 
 
@@ -68,6 +75,23 @@ def test_a_solution_that_saves_nothing_ends_it_too_unless_that_is_wanted(batches
     assert wanted.returncode == 1
     assert len(silent.results("b")) == 4
     assert "4 episodes: The solution saved no result." in wanted.stderr
+
+
+def test_those_that_wait_for_the_canary_have_their_place_loaded_when_they_may_begin(batches: Batches) -> None:
+    go = batches.cli.folder / "go"
+    waiting = with_solution(batches, WAITS.format(go=str(go)) + PASSIVE)
+
+    process = waiting.cli.start(*waiting.words("b", "--jobs", "2"))
+    wait_until(lambda: len(batches.processes("benchbot.supervisor ")) == 2)
+    begun, loaded = waiting.told("b", "began"), batches.processes("benchbot.supervisor ")
+    go.touch()
+    wait_until(lambda: waiting.told("b", "began") >= 3)
+    still = batches.processes("benchbot.supervisor ")
+    process.communicate(timeout=120)
+
+    assert begun == 1
+    assert still == loaded, "each goes on where it has loaded a place"
+    assert process.returncode == 0
 
 
 def test_workers_without_a_driver_end_at_a_failed_canary(batches: Batches) -> None:
