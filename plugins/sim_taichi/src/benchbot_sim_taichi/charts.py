@@ -165,14 +165,15 @@ def _lay_out_charts(
     area_m2: Floats,
     has_back: npt.NDArray[np.bool_],
 ) -> None:
-    """Lay a lattice over each flat surface, along the longest edge in it."""
+    """Lay a lattice over each flat surface, along the longest edge of its outline."""
     from benchbot_sim_taichi.kernels import charts as kernels
 
     order = np.argsort(surface, kind="stable")
     charted, chart = charted[order], np.unique(surface[order], return_inverse=True)[1]
     first = np.searchsorted(chart, np.arange(chart[-1] + 2))
-    longest = np.lexsort((np.arange(len(chart)), -length_m[charted].max(axis=1), chart))[first[:-1]]
-    side = length_m[charted[longest]].argmax(axis=1)
+    outline_m = length_m[charted] * _outline(chart, corner[charted])
+    longest = np.lexsort((np.arange(len(chart)), -outline_m.max(axis=1), chart))[first[:-1]]
+    side = outline_m[longest].argmax(axis=1)
     start = corner[charted[longest], side]
     across = corner[charted[longest], (side + 1) % 3] - start
     across /= np.linalg.norm(across, axis=1, keepdims=True)
@@ -222,6 +223,18 @@ def _lay_out_charts(
         parts.index.append(index.astype(np.int32))
         parts.entries += len(index)
         parts.count += len(of_nodes)
+
+
+def _outline(chart: Ints, corner: Floats) -> Floats:
+    """Return (T, 3) 1 for the edges of triangles that no other of their chart shares, and next to nothing for others.
+
+    Those within are the diagonals of rectangles, and longer than their sides.
+    """
+    middle = np.rint((corner + corner[:, [1, 2, 0]]).reshape(-1, 3) * 1000)
+    edge = _packed(np.column_stack([np.repeat(chart, 3), middle]))
+    _, place, times = np.unique(edge, return_inverse=True, return_counts=True)
+    outline: Floats = np.where(times[place] == 1, 1.0, 1e-3).reshape(-1, 3)
+    return outline
 
 
 def _areas(local: Floats, first: Ints, width: Ints, area_m2: Floats, count: int) -> Floats:

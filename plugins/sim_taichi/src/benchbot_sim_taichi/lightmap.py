@@ -15,7 +15,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 16
+VERSION = 17
 NODES_AT_ONCE = 2**17
 ANY = 2.0  # no two nodes are as different (`smoothing.distinction`)
 NEAR_STEPS = ((1, ANY), (2, 0.1), (4, 0.05))
