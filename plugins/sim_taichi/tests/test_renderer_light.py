@@ -227,6 +227,22 @@ def test_what_dark_furniture_mirrors_of_a_window_is_not_spotted(tmp_path: Path, 
     assert np.abs(squares - expected).max() < 9
 
 
+def test_small_brass_things_have_no_black_pixels(tmp_path: Path, kernel_cache: Path) -> None:
+    """Every other pixel leaves it to those beside it to trace what it mirrors, which on a knob face elsewhere."""
+    glb = Glb()
+    brass = glb.material((0.8, 0.6, 0.3), roughness=0.3, metallic=1.0)
+    for index in range(5):
+        glb.sphere(f"knob {index}", (0.6, 0.05 * (index - 2), 0.013 * index), 0.012, brass)
+    lighting = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky(*[(1.0,) * 3] * 3), exposure=0.5)
+    renderer = Renderer(load_scene(glb.write(tmp_path / "knobs.glb")), lighting, cache_dir=kernel_cache)
+
+    frame = renderer.render(looking((0.0, 0.0, 0.02), 0.0), SMALL)
+
+    knobs = frame.rgb[np.isfinite(frame.depth_m)].min(axis=1)
+    assert len(knobs) >= 10
+    assert knobs.min() > 0.8 * np.median(knobs)
+
+
 def test_a_picture_throws_its_narrow_shadow_on_the_wall(tmp_path: Path, kernel_cache: Path) -> None:
     """It is 3 cm thick; the shadow below it, of a lamp above, is about as wide, and has four rows of pixels."""
     renderer = Renderer(load_scene(rooms.picture_on_a_wall(tmp_path / "wall.glb")), NIGHT, cache_dir=kernel_cache)

@@ -330,7 +330,7 @@ class Renderer:
                 *lit, cameras, first_hits.SQUARES, hits, *seen, centers, *places, tiles, width, height
             )
         lights = (*device.lights, device.light_of, self.near_lights)
-        reflections.reflect(*scene, *lights, *self.lightmap.arrays, cameras, *mirrored, *size, self._seed)
+        reflections.reflect(*scene, *lights, *self.lightmap.arrays, cameras, guide, *mirrored, *size, self._seed)
         spread = reflections.spread if on_gpu else reflections.spread_lanes
         spread(cameras, guide, kinds, mirrors, radiance, *size, 0, 1, paint.MIRROR_STRIDE, 11)
         spread(cameras, guide, kinds, radiance, beside, *size, 1, 1, 3, 0)

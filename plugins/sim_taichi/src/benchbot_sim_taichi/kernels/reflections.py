@@ -3,7 +3,7 @@
 
 Of glossy surfaces every other pixel traces a ray of its own, in a pattern that the filter averages out (interleaved
 sampling: Keller and Heidrich, 2001), and one to a lamp, which such rays seldom meet. Where little is mirrored, every
-fourth does.
+fourth does; a pixel that none beside it could speak for does in any case.
 """
 
 from benchbot_sim_taichi._ti import ti
@@ -79,6 +79,28 @@ def stratum(x, y, share_bits):
     return (rank >> share_bits) | (rank & ((1 << share_bits) - 1)) << (6 - share_bits)
 
 
+@ti.func
+def has_own_ray(kind, x, y):
+    """Return whether a glossy pixel is of those that trace what they mirror."""
+    return (x ^ y) & 1 == 0 and ((kind & FAINT) == 0 or y & 1 == 0)
+
+
+@ti.func
+def is_alone(cameras: ti.template(), eye, guide: ti.template(), kinds: ti.template(), first, x, y, width, height):
+    """Return whether no pixel beside another traces for it what their surface mirrors, as on thin and bent things."""
+    plane = pixel_plane(cameras, eye, guide, first + y * width + x, x, y)
+    found = False
+    k = 0
+    while k < 9 and not found:
+        dx, dy = k % 3 - 1, k // 3 - 1
+        if 0 <= x + dx < width and 0 <= y + dy < height:
+            other = first + (y + dy) * width + x + dx
+            if gloss(kinds[other]) == GLOSSY and has_own_ray(kinds[other], x + dx, y + dy):
+                found = fit(guide, plane, dx, dy, other) > 0.0
+        k += 1
+    return not found
+
+
 @ti.kernel
 def reflect(
     nodes: floats,
@@ -98,6 +120,7 @@ def reflect(
     index: ints,
     light: ints,
     cameras: floats,
+    guide: floats,
     mirrors: floats,
     kinds: ints,
     count: ti.i32,
@@ -118,7 +141,10 @@ def reflect(
         kind = gloss(kinds[pixel])
         out = pixel * MIRROR_STRIDE
         share_bits = ti.select((kinds[pixel] & FAINT) != 0, 2, 1)
-        if kind == GLOSSY and ((x ^ y) & 1 == 1 or (share_bits == 2 and y & 1 == 1)):
+        is_silent = kind == GLOSSY and not has_own_ray(kinds[pixel], x, y)
+        if is_silent:
+            is_silent = not is_alone(cameras, eye, guide, kinds, first, x, y, width, height)
+        if is_silent:
             mirrors[out + 11] = UNSEEN
         elif kind != ROUGH:
             ray = camera_ray(cameras, eye, ti.cast(x, ti.f32) + 0.5, ti.cast(y, ti.f32) + 0.5)
