@@ -1,10 +1,13 @@
-"""Scenes that the tests look at."""
+"""Scenes that the tests look at, and their light by night."""
 
 from pathlib import Path
 
 import numpy as np
 
+from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from plugins.sim_taichi.tests.glb import Glb, sphere
+
+NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky(*[(0.0,) * 3] * 3), exposure=1.0)
 
 
 def checkers(first: tuple[int, int, int], second: tuple[int, int, int]) -> np.ndarray:

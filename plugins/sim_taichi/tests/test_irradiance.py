@@ -17,8 +17,6 @@ from plugins.sim_taichi.tests.cameras import looking
 
 pytestmark = pytest.mark.xdist_group("renderer")
 
-NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky(*[(0.0,) * 3] * 3), exposure=1.0)
-
 
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.8])
 def test_a_closed_room_holds_as_much_light_as_its_lamp_gives(tmp_path: Path, kernel_cache: Path, albedo: float) -> None:
@@ -103,7 +101,9 @@ def test_the_open_skys_light_on_the_outer_sill_stays_outdoors(tmp_path: Path, ke
 
 
 def test_the_ceiling_within_a_lamps_canopy_lights_no_room(tmp_path: Path, kernel_cache: Path) -> None:
-    renderer = Renderer(load_scene(rooms.lamp_on_its_canopy(tmp_path / "lamp.glb")), NIGHT, cache_dir=kernel_cache)
+    renderer = Renderer(
+        load_scene(rooms.lamp_on_its_canopy(tmp_path / "lamp.glb")), rooms.NIGHT, cache_dir=kernel_cache
+    )
 
     cells = renderer.irradiance.cells.reshape(-1, CELL_STRIDE)
 

@@ -7,13 +7,11 @@ import pytest
 
 from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import _ti, charts, lightmap
-from benchbot_sim_taichi.lighting import Lighting, Sky, Sun
 from benchbot_sim_taichi.renderer import Renderer
+from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.glb import Glb
 
 pytestmark = pytest.mark.xdist_group("renderer")
-
-NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky(*[(0.0,) * 3] * 3), exposure=1.0)
 
 
 def test_points_of_a_rectangle_lie_in_rows_along_its_sides(tmp_path: Path, kernel_cache: Path) -> None:
@@ -40,7 +38,7 @@ def test_all_light_of_a_lamp_arrives_however_close_it_is(tmp_path: Path, kernel_
     top = 2.0 - gap_m
     glb.box("lamp", (-0.2, -0.2, top - 1e-3), (0.2, 0.2, top), glb.material((0.0,) * 3, emission=(10.0,) * 3))
     scene = load_scene(glb.write(tmp_path / "ceiling.glb"))
-    renderer = Renderer(scene, NIGHT, cache_dir=kernel_cache)
+    renderer = Renderer(scene, rooms.NIGHT, cache_dir=kernel_cache)
 
     direct = lightmap.light_directly(renderer.scene, renderer.device, renderer.near_lights, 0)
 

@@ -22,7 +22,6 @@ pytestmark = pytest.mark.xdist_group("renderer")
 
 SMALL = Intrinsics.from_horizontal_fov(96, 54, 90.0)
 ABOVE = looking((0.0, 0.0, 0.5), 90.0, -90.0)
-NIGHT = Lighting(sun=Sun(irradiance=(0.0,) * 3), sky=Sky((0.0,) * 3, (0.0,) * 3, (0.0,) * 3), exposure=1.0)
 
 
 def test_the_sun_casts_the_poles_shadow_away_from_itself(tmp_path: Path, kernel_cache: Path) -> None:
@@ -185,7 +184,7 @@ def test_the_light_between_a_lamp_and_the_ceiling_stays_there(tmp_path: Path, ke
 def test_a_lamps_light_comes_back_from_the_lamp_itself_from_panes_and_from_smooth_floors(
     tmp_path: Path, kernel_cache: Path, y_m: float, yaw_deg: float, pitch_deg: float
 ) -> None:
-    renderer = Renderer(load_scene(rooms.room_by_night(tmp_path / "room.glb")), NIGHT, cache_dir=kernel_cache)
+    renderer = Renderer(load_scene(rooms.room_by_night(tmp_path / "room.glb")), rooms.NIGHT, cache_dir=kernel_cache)
     pose = looking((2.4, y_m, 1.4), yaw_deg, pitch_deg)
 
     picture = renderer.render(pose, SMALL).rgb
@@ -245,7 +244,7 @@ def test_small_brass_things_have_no_black_pixels(tmp_path: Path, kernel_cache: P
 
 def test_a_picture_throws_its_narrow_shadow_on_the_wall(tmp_path: Path, kernel_cache: Path) -> None:
     """It is 3 cm thick; the shadow below it, of a lamp above, is about as wide, and has four rows of pixels."""
-    renderer = Renderer(load_scene(rooms.picture_on_a_wall(tmp_path / "wall.glb")), NIGHT, cache_dir=kernel_cache)
+    renderer = Renderer(load_scene(rooms.picture_on_a_wall(tmp_path / "wall.glb")), rooms.NIGHT, cache_dir=kernel_cache)
     pose = looking((0.0, -0.5, 1.2), 90.0)
 
     rows = renderer.render(pose, SMALL).rgb[27:48, 24:72].mean(axis=(1, 2))

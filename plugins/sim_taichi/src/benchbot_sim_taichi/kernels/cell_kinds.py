@@ -13,7 +13,6 @@ from benchbot_sim_taichi.surface_cells import BEHIND, BURIED, OPEN, OUTDOORS, SA
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 PROBES = 6
-SLOT_RAYS = 6
 LEAST_OUT = 2  # of them, where a sample is in no slot
 OUTDOORS_RAYS = 8  # one to the sun, the others about
 
@@ -47,19 +46,15 @@ def find_kinds(
         position = sample_point(triangles, vertices, samples, sample) + face * OFFSET_M
         scramble = hash_u32(sample ^ hash_u32(seed + 1))
         buried = 0
+        gets_out = 0
         for k in range(PROBES):
-            if buried == k:
+            if buried == k or gets_out < LEAST_OUT:
                 out = cosine_direction(face, sobol_2d(k, scramble))
                 hit = trace(nodes, leaves, 0, position, out, FAR, False)
+                gets_out += ti.cast(hit.t >= SLOT_M, ti.i32)
                 if hit.triangle >= 0:
                     buried += is_inside(triangles, materials, hit.triangle, out)
-        gets_out = ti.select(buried == PROBES, LEAST_OUT, 0)
-        for k in range(SLOT_RAYS):
-            if gets_out < LEAST_OUT:
-                out = cosine_direction(face, sobol_2d(k, scramble))
-                around = trace(nodes, leaves, 0, position, out, SLOT_M, True)
-                gets_out += ti.cast(around.triangle < 0, ti.i32)
-        kind = ti.select(gets_out < LEAST_OUT, SLOT, ti.select(buried == PROBES, BURIED, OPEN))
+        kind = ti.select(buried == PROBES, BURIED, ti.select(gets_out < LEAST_OUT, SLOT, OPEN))
         for k in range(ti.select(portals > 0 and kind == OPEN, OUTDOORS_RAYS, 0)):
             if kind == OPEN:
                 out = cosine_direction(face, sobol_2d(k, scramble))

@@ -185,7 +185,7 @@ def paint_tiles(
             gloss = ti.select((surface.roughness < REFLECT_ROUGHNESS) & (triangle >= 0), gloss, ints16(ROUGH))
             most_mirrored = larger(mirrored.x, larger(mirrored.y, mirrored.z))
             most_diffuse = larger(surface.diffuse.x, larger(surface.diffuse.y, surface.diffuse.z))
-            faint = ti.select(most_mirrored < FAINT_SHARE * most_diffuse, ints16(FAINT), ints16(0))
+            is_faint = (most_mirrored < FAINT_SHARE * most_diffuse) & (gloss != ROUGH) & (pane == 0)
             # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
             matt = ti.select((gloss == ROUGH) | (pane != 0), vec16(INV_PI), vec16(0.0))
             even = scaled3(stored.irradiance, vec16(INV_PI))
@@ -199,7 +199,6 @@ def paint_tiles(
             color = product3(color, passed)
             number = ti.select(triangle >= 0, surface.instance * MATERIALS + surface.material, vec16(-1.0))
             number = ti.select(pane != 0, -2.0 - number, number)
-            faint = ti.select((pane != 0) | (gloss == ROUGH), ints16(0), faint)
             kind = ti.select(pane != 0, ints16(MIRROR), gloss)
             normal = select3(pane, pane_normal, surface.normal)
             face = select3(pane, pane_normal, surface.face)
@@ -207,7 +206,7 @@ def paint_tiles(
             roughness = ti.select(pane != 0, vec16(0.0), surface.roughness)
             even = scaled3(even, ti.select(pane != 0, vec16(0.0), vec16(1.0)))
             mirror_t = ti.select(pane != 0, pane_t, t)
-            bits = kind | faint | stored.is_sun_edge * SUN_EDGE
+            bits = kind | ti.select(is_faint, ints16(FAINT), ints16(0)) | stored.is_sun_edge * SUN_EDGE
             depth = ti.select(nearest >= 0, bits_of(nearest_t), ints16(INFINITY_BITS))
             exposure = lanes3(load3(cameras, eye + 16))
             shown = compressed(product3(color, exposure))
