@@ -203,5 +203,9 @@ def _cannot_write(error: OSError) -> BenchbotError:
 def _folders() -> Iterator[Path]:
     """Yield the folders that belong to this user: where users share a state folder, root could read those of others."""
     for entry in os.scandir(runs_dir()):
-        if entry.is_dir(follow_symlinks=False) and entry.stat(follow_symlinks=False).st_uid == os.geteuid():
+        try:
+            ours = entry.is_dir(follow_symlinks=False) and entry.stat(follow_symlinks=False).st_uid == os.geteuid()
+        except FileNotFoundError:  # another run has ended meanwhile, or has cleaned up
+            continue
+        if ours:
             yield Path(entry)

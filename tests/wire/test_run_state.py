@@ -109,6 +109,23 @@ def test_a_killed_run_is_ignored_and_cleaned_up_by_the_next(tmp_path: Path) -> N
     assert not socket.exists()
 
 
+def test_runs_that_end_while_others_are_looked_for_are_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    ending, staying = [RunFolder() for _ in range(9)], RunFolder()
+    for folder in (*ending, staying):
+        folder.publish(state_of(folder))
+
+    def listed(path: Path) -> list[os.DirEntry[str]]:
+        patched.undo()
+        entries = list(os.scandir(path))
+        for folder in ending:
+            folder.close(keep=False)
+        return entries
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "scandir", listed)
+        assert [state.folder for state in run_state.live()] == [str(staying.path)]
+
+
 def test_a_damaged_state_file_is_ignored() -> None:
     folder = RunFolder()
     for text in ("", "{", "[]", json.dumps({"connection": 3}), json.dumps({"connection": {}, "pid": 1})):
