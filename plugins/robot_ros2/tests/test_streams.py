@@ -185,3 +185,25 @@ def test_others_are_heard_while_streams_are_closed_and_opened_on_a_busy_machine(
         return kept.age_s < float("inf")
 
     until(is_heard)
+
+
+def test_a_node_is_left_in_peace_while_messages_arrive(
+    robot: "Node", request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    request.addfinalizer(partial(sys.setswitchinterval, sys.getswitchinterval()))
+    sys.setswitchinterval(1e-5)
+    died: list[threading.ExceptHookArgs] = []
+    monkeypatch.setattr(threading, "excepthook", died.append)
+    publisher = robot.create_publisher(String, "/text", 10)
+    for number in range(20):
+        with ros.running_node(f"listener_{number}") as node:
+            heard = threading.Event()
+            node.create_subscription(String, "/text", lambda _, heard=heard: heard.set(), 10)
+
+            def is_heard(heard: threading.Event = heard) -> bool:
+                for _ in range(10):
+                    publisher.publish(String(data="again"))
+                return heard.is_set()
+
+            until(is_heard)
+    assert died == []

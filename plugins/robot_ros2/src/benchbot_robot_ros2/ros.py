@@ -126,15 +126,19 @@ def running_node(name: str, *, use_sim_time: bool = False, graph: Graph = HERE) 
 
         executor = SingleThreadedExecutor(context=made.context)
         executor.add_node(made)
+        leaving = threading.Event()
 
         def spin() -> None:
             with suppress(ExternalShutdownException):
-                executor.spin()
+                while not leaving.is_set():
+                    executor.spin_once()
 
         thread = threading.Thread(target=spin, name=f"ros-{name}", daemon=True)
         thread.start()
         try:
             yield made
         finally:
-            executor.shutdown()
+            # Ended by itself: what a shutdown destroys, a callback may just be about to use (InvalidHandle).
+            executor.create_task(leaving.set)
             thread.join()
+            executor.shutdown()
