@@ -8,6 +8,7 @@ import pytest
 from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import _ti, charts, lightmap
 from benchbot_sim_taichi.renderer import Renderer
+from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from plugins.sim_taichi.tests import rooms
 from plugins.sim_taichi.tests.glb import Glb
 
@@ -68,8 +69,51 @@ def test_what_is_smoothed_keeps_its_sum(kernel_cache: Path) -> None:
     ]
     smoothed = _ti.upload(np.zeros(raw.size, np.float32))
 
-    smoothing.smooth(*values, smoothed, width * height, 0, 2, 0.1, 0, 10)
+    smoothing.smooth(*values, smoothed, width * height, 0, 2, 0.1, True, 0, 10)
 
     after = _ti.download(smoothed).reshape(raw.shape)
     assert np.abs(after[:, :10] - raw[:, :10]).max() > 0.1
     assert after.sum(axis=0) == pytest.approx(raw.sum(axis=0), rel=1e-5)
+
+
+def test_a_wall_keeps_its_light_beside_what_stands_before_it(tmp_path: Path, kernel_cache: Path) -> None:
+    """Behind furniture it is dark, which the wall that is seen beside it shall not be averaged with."""
+    black = Glb()
+    black.box("wall", (-0.6, 0, 0), (0.6, 0.1, 1.2), black.material((0.0,) * 3))
+    black.box("chest", (-0.3, -0.02, 0.3), (0.3, -0.01, 0.9), black.material((0.0,) * 3))
+    black.box("lamp", (-0.05, -1.1, 0.55), (0.05, -1.0, 0.65), black.material((0.0,) * 3, emission=(1.0,) * 3))
+    renderer = Renderer(load_scene(black.write(tmp_path / "wall.glb")), rooms.NIGHT, cache_dir=kernel_cache)
+    scene, near = renderer.scene, renderer.near_lights
+    cells = tuple(map(_ti.upload, (renderer.irradiance.grid, renderer.irradiance.cells, renderer.irradiance.layout)))
+    direct = lightmap.light_directly(scene, renderer.device, near, 0)
+    raw = _ti.download(direct.raw).reshape(direct.found.count, -1)[:, 0].copy()
+
+    stored = lightmap.bake(scene, renderer.device, cells, near, direct, 0)
+
+    positions, normals = direct.found.places_in(scene)
+    beyond_m = np.abs(positions[:, [0, 2]] - (0.0, 0.6)).max(axis=1) - 0.3
+    beside = (normals[:, 1] < -0.9) & (np.abs(positions[:, 1]) < 1e-3) & (beyond_m > 0.02) & (beyond_m < 0.05)
+    assert beside.sum() > 80
+    assert _red(stored)[beside].sum() == pytest.approx(raw[beside].sum(), rel=0.1)
+
+
+def test_what_cells_mix_hardly_shows_in_the_light_of_points(tmp_path: Path, kernel_cache: Path) -> None:
+    """In a box that reflects half of its light, cells a fifth too bright add 5 %: a second round halves that."""
+    glb = Glb()
+    glb.box("box", (-0.3,) * 3, (0.3,) * 3, glb.material((0.5,) * 3, emission=(1.0,) * 3), inward=True)
+    renderer = Renderer(load_scene(glb.write(tmp_path / "box.glb")), rooms.NIGHT, cache_dir=kernel_cache)
+    light = renderer.irradiance
+    means = []
+    for gain in (1.0, 1.2):
+        cells = light.cells.reshape(-1, CELL_STRIDE).copy()
+        cells[:, 9:12] *= gain
+        arrays = (_ti.upload(light.grid), _ti.upload(cells.ravel()), _ti.upload(light.layout))
+        stored = lightmap.bake(renderer.scene, renderer.device, arrays, renderer.near_lights, None, 0)
+        means.append(_red(stored).mean())
+
+    assert means[0] < means[1] < 1.035 * means[0]
+
+
+def _red(stored: lightmap.Lightmap) -> np.ndarray:
+    """Irradiance of red at each node: exponent and eight bits of the fraction, in the lower half of the first word."""
+    return ((_ti.download(stored.light)[::2].astype(np.uint32) & 0xFFFF) << 15).view(np.float32)

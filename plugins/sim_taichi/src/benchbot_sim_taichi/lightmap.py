@@ -15,12 +15,16 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 17
+VERSION = 19
 NODES_AT_ONCE = 2**17
-ANY = 2.0  # no two nodes are as different (`smoothing.distinction`)
-NEAR_STEPS = ((1, ANY), (2, 0.1), (4, 0.05))
-"""How far apart nodes are averaged, and how different they may be: all neighbours, then those that are alike."""
-FAR_STEPS = (2, 4)  # of all nodes: light from afar changes slowly
+ROUNDS = ((8, 5, 1), (24, 16, 0))
+"""Rays and patches per node, and whether cells say what surfaces send on by way of others. The second round asks the
+nodes of the first, as cells mix what lies within 10 cm: curtains, window frames and what is behind them."""
+NEAR_STEPS = ((1, 0.07, False), (2, 0.1, True), (4, 0.05, True))
+"""How far apart nodes are averaged, how different they may be, and whether also in light (`smoothing.distinction`).
+What lies behind furniture would else take light from what is seen beside it; but a node's own light is noise at first,
+by which half-shadows would be torn."""
+FAR_STEPS = ((2, 0.1, False), (4, 0.1, False))  # the same of light from afar, which changes slowly
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
 
@@ -134,36 +138,47 @@ def bake(
     The arrays of `direct` are overwritten.
     """
     from benchbot_sim_taichi.kernels import bake as kernels
-    from benchbot_sim_taichi.kernels import glow, smoothing
+    from benchbot_sim_taichi.kernels import glow
 
     direct = direct or light_directly(scene, device, near, seed)
-    found, nodes, links, raw = direct.found, direct.scattered, direct.links, direct.raw
+    found, nodes, raw = direct.found, direct.scattered, direct.raw
     places, index, light = direct.lightmap.arrays
     count = found.count
     if count == 0:
         return direct.lightmap
-    charted = nodes[2]
     other = _ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32))
     scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights)
     glow.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
-    for run in _runs(count, "the simulator lights surfaces by way of others"):
-        kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *run, seed)
-    for step, most_apart in NEAR_STEPS:
+    straight = _ti.download(raw).copy()
+    for number, how in enumerate(ROUNDS, 1):
+        raw = _ti.upload(straight.copy())
+        for run in _runs(count, f"the simulator lights surfaces by way of others ({number} of {len(ROUNDS)})"):
+            kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *how, *run, seed)
+        _smooth(direct, raw, other)
+    _ti.save_kernels()
+    return direct.lightmap
+
+
+def _smooth(direct: DirectLight, raw: Any, other: Any) -> None:
+    """Average the light of nodes with that of nodes beside them, and store it; both arrays are overwritten."""
+    from benchbot_sim_taichi.kernels import smoothing
+
+    index, light, charted, links = direct.lightmap.index, direct.lightmap.light, direct.scattered[2], direct.links
+    count = direct.found.count
+    for how in NEAR_STEPS:
         for down in (0, 1):
-            smoothing.smooth(raw, charted, index, other, count, down, step, most_apart, 0, 10)
+            smoothing.smooth(raw, charted, index, other, count, down, *how, 0, 10)
             raw, other = other, raw
     for _ in range(LOOSE_ROUNDS):
         smoothing.smooth_loose(raw, charted, *links, other, count)
         raw, other = other, raw
     narrow = _ti.upload(_ti.download(raw).copy())
-    for step in FAR_STEPS:
+    for how in FAR_STEPS:
         for down in (0, 1):
-            smoothing.smooth(raw, charted, index, other, count, down, step, ANY, 6, 10)
+            smoothing.smooth(raw, charted, index, other, count, down, *how, 6, 10)
             raw, other = other, raw
     smoothing.finish(narrow, raw, charted, index, *links, light, count)
-    _ti.save_kernels()
-    return direct.lightmap
 
 
 def _patches(

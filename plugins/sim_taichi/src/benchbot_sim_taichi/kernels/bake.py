@@ -39,11 +39,9 @@ PI = 3.14159265
 NEAR_M = 0.5
 NEAR_SUN_M = 0.1  # a sill in the sun is small, and so bright that rays which meet it by chance are spots
 DIRECT_RAYS = 16
-GATHERED_RAYS = 24
 SUN_RAYS = 8
 PROBES = 8
 PROBE, SUN = 2, 3  # kinds of rays, beside those to windows, 0, and to lamps, 1
-PATCHES = 16
 MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
@@ -260,16 +258,19 @@ def gather(
     colors: floats,
     clusters_near: floats,
     clusters: ti.i32,
+    rays_per_node: ti.i32,
+    patches_per_node: ti.i32,
+    adds_cells: ti.i32,
     first: ti.i32,
     count: ti.i32,
     seed: ti.i32,
 ):
     """Find the light that comes to the same nodes by way of other surfaces, and how much each node counts.
 
-    What a surface sends on is its direct light, as stored in `light`, and the rest that its cell knows of. Sunshine
-    from beyond `NEAR_SUN_M` comes from `patches` instead, nodes that rays about would seldom meet: `clusters_near`
-    chooses one of their clusters, whose patches are chosen by their part of all that it sends (`shares`, summed up),
-    and `colors` (3 per patch) are what each sends, divided by that part.
+    What a surface sends on is what `light` has stored: all of its light, or, with `adds_cells` (1, else 0), its direct
+    light, to which its cell adds the rest. Sunshine from beyond `NEAR_SUN_M` comes from `patches` instead, nodes that
+    rays about would seldom meet: `clusters_near` chooses one of their clusters, whose patches are chosen by their part
+    of all that it sends (`shares`, summed up), and `colors` (3 per patch) are what each sends, divided by that part.
     """
     for node in range(first, first + count):
         at = node * RAW_STRIDE
@@ -280,7 +281,7 @@ def gather(
         backs = 0.0
         blocked = 0.0
         was_hidden = raw[at + 11] != 1.0
-        rays = ti.select(was_hidden, 0, GATHERED_RAYS)
+        rays = ti.select(was_hidden, 0, rays_per_node)
         for k in range(rays):
             toward = cosine_direction(here.normal, sobol_2d(here.rank * rays + k, here.scramble + seed + 3))
             if toward.dot(here.face) > 0.0:
@@ -317,11 +318,12 @@ def gather(
                         if end.mirrors > 0:
                             highlight = sunlight / end.likely * mirrored_sun(env, end.direction, surface)
                             radiance += surface.emission + highlight
-                    point = end.origin + end.direction * end.hit.t
-                    distance = ti.select(end.mirrors > 0, FAR, end.hit.t)
-                    cell = cell_met(grid, cells, layout, point, surface.face, distance)
-                    if cell >= 0:
-                        total += load3(cells, cell * CELL_STRIDE + 9)
+                    if adds_cells == 1:
+                        point = end.origin + end.direction * end.hit.t
+                        distance = ti.select(end.mirrors > 0, FAR, end.hit.t)
+                        cell = cell_met(grid, cells, layout, point, surface.face, distance)
+                        if cell >= 0:
+                            total += load3(cells, cell * CELL_STRIDE + 9)
                     radiance += (surface.diffuse * end.matt + end.evenly) * total * INV_PI
                     radiance *= end.share
                 elif portals == 0 or end.panes == 0 or end.mirrors > 0 or is_near_pane:
@@ -338,7 +340,7 @@ def gather(
         far_patches = vec3(0.0)
         largest = vec3(0.0)
         is_largest_near = False
-        taken = ti.select(clusters > 0 and rays > 0, PATCHES, 0)
+        taken = ti.select(clusters > 0 and rays > 0, patches_per_node, 0)
         row = 0
         if clusters > 0:
             row = row_near(clusters_near, shifted(clusters_near, here.point, here.normal, here.rank), here.normal)

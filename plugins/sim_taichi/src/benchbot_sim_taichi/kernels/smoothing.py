@@ -11,8 +11,8 @@ SUN_EDGE = 0.02
 
 
 @ti.func
-def distinction(source: ti.template(), one, other):
-    """Return how much two nodes differ: in direct light, as part of all light of both, and in what is open.
+def distinction(source: ti.template(), one, other, by_light: ti.template()):
+    """Return how much two nodes differ: in what is open and, with `by_light`, in direct light as part of all of both.
 
     Light by way of surfaces is left out, whose noise would be taken for edges.
     """
@@ -23,7 +23,10 @@ def distinction(source: ti.template(), one, other):
         if ti.static(c < 3):
             apart += source[one * RAW_STRIDE + c] - source[other * RAW_STRIDE + c]
     opened = source[one * RAW_STRIDE + 9] - source[other * RAW_STRIDE + 9]
-    return ti.abs(apart) / ti.max(total, 1e-9) + 0.5 * ti.abs(opened)
+    found = 0.5 * ti.abs(opened)
+    if ti.static(by_light):
+        found += ti.abs(apart) / ti.max(total, 1e-9)
+    return found
 
 
 @ti.kernel
@@ -36,6 +39,7 @@ def smooth(
     down: ti.i32,
     step: ti.i32,
     most_apart: ti.f32,
+    by_light: ti.template(),
     first: ti.template(),
     last: ti.template(),
 ):
@@ -61,7 +65,7 @@ def smooth(
                     other = index[entry + k * stride]
                     if other >= 0:
                         weight = 0.5 * source[other * RAW_STRIDE + 11]
-                        weight *= ti.math.clamp(2.0 - distinction(source, node, other) / most_apart, 0.0, 1.0)
+                        weight *= ti.math.clamp(2.0 - distinction(source, node, other, by_light) / most_apart, 0.0, 1.0)
                         for c in ti.static(range(first, last)):
                             total[c] += weight * source[other * RAW_STRIDE + c]
                         weights += weight
