@@ -20,11 +20,11 @@ NODES_AT_ONCE = 2**17
 ROUNDS = ((8, 5, 1), (24, 16, 0))
 """Rays and patches per node, and whether cells say what surfaces send on by way of others. The second round asks the
 nodes of the first, as cells mix what lies within 10 cm: curtains, window frames and what is behind them."""
-NEAR_STEPS = ((1, 0.07, False), (2, 0.1, True), (4, 0.05, True))
+NEAR_STEPS = ((1, 0.07, 0), (2, 0.1, 1), (4, 0.05, 1))
 """How far apart nodes are averaged, how different they may be, and whether also in light (`smoothing.distinction`).
 What lies behind furniture would else take light from what is seen beside it; but a node's own light is noise at first,
 by which half-shadows would be torn."""
-FAR_STEPS = ((2, 0.1, False), (4, 0.1, False))  # the same of light from afar, which changes slowly
+FAR_STEPS = ((2, 0.1, 0), (4, 0.1, 0))  # the same of light from afar, which changes slowly
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
 
@@ -135,26 +135,24 @@ def bake(
 ) -> Lightmap:
     """Add light by way of other surfaces to `direct` light, which is worked out unless given, and smooth both.
 
-    The arrays of `direct` are overwritten.
+    The lightmap of `direct` is overwritten.
     """
     from benchbot_sim_taichi.kernels import bake as kernels
     from benchbot_sim_taichi.kernels import glow
 
     direct = direct or light_directly(scene, device, near, seed)
-    found, nodes, raw = direct.found, direct.scattered, direct.raw
-    places, index, light = direct.lightmap.arrays
+    found, nodes = direct.found, direct.scattered
     count = found.count
     if count == 0:
         return direct.lightmap
     other = _ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32))
     scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights)
-    glow.find_glow(*device.surfaces, device.lights[0], *nodes, raw, other, count)
+    glow.find_glow(*device.surfaces, device.lights[0], *nodes, direct.raw, other, count)
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
-    straight = _ti.download(raw).copy()
     for number, how in enumerate(ROUNDS, 1):
-        raw = _ti.upload(straight.copy())
+        raw = _ti.upload(_ti.download(direct.raw).copy())
         for run in _runs(count, f"the simulator lights surfaces by way of others ({number} of {len(ROUNDS)})"):
-            kernels.gather(*scene_arrays, *cells, places, index, light, *nodes, raw, *patches, *how, *run, seed)
+            kernels.gather(*scene_arrays, *cells, *direct.lightmap.arrays, *nodes, raw, *patches, *how, *run, seed)
         _smooth(direct, raw, other)
     _ti.save_kernels()
     return direct.lightmap

@@ -382,7 +382,6 @@ def gather(
         else:
             far_patches += largest
         is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
-        stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
         for i in ti.static(range(3)):
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI) + near_patches[i]
             raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + far_patches[i]
@@ -391,6 +390,7 @@ def gather(
         is_between = charted[node * NODE_STRIDE] < 0 and open_share == 0.0
         raw[at + 11] = ti.select(is_between, HIDDEN_WEIGHT, 1.0)
         if is_hidden:
+            stored = interpolate_cells(grid, cells, layout, here.point, here.normal)
             for i in ti.static(range(3)):
                 raw[at + i] = stored.total[i]
                 raw[at + 3 + i] = 0.0

@@ -11,20 +11,19 @@ SUN_EDGE = 0.02
 
 
 @ti.func
-def distinction(source: ti.template(), one, other, by_light: ti.template()):
+def distinction(source: ti.template(), one, other, by_light):
     """Return how much two nodes differ: in what is open and, with `by_light`, in direct light as part of all of both.
 
     Light by way of surfaces is left out, whose noise would be taken for edges.
     """
-    apart = 0.0
-    total = 0.0
-    for c in ti.static(range(9)):
-        total += source[one * RAW_STRIDE + c] + source[other * RAW_STRIDE + c]
-        if ti.static(c < 3):
-            apart += source[one * RAW_STRIDE + c] - source[other * RAW_STRIDE + c]
-    opened = source[one * RAW_STRIDE + 9] - source[other * RAW_STRIDE + 9]
-    found = 0.5 * ti.abs(opened)
-    if ti.static(by_light):
+    found = 0.5 * ti.abs(source[one * RAW_STRIDE + 9] - source[other * RAW_STRIDE + 9])
+    if by_light == 1:
+        apart = 0.0
+        total = 0.0
+        for c in ti.static(range(9)):
+            total += source[one * RAW_STRIDE + c] + source[other * RAW_STRIDE + c]
+            if ti.static(c < 3):
+                apart += source[one * RAW_STRIDE + c] - source[other * RAW_STRIDE + c]
         found += ti.abs(apart) / ti.max(total, 1e-9)
     return found
 
@@ -39,15 +38,15 @@ def smooth(
     down: ti.i32,
     step: ti.i32,
     most_apart: ti.f32,
-    by_light: ti.template(),
+    by_light: ti.i32,
     first: ti.template(),
     last: ti.template(),
 ):
     """Average values `first` to `last` - 1 of charts' nodes over those `step` before and after.
 
     These count half, so that every stratum counts alike, and light is only moved: its sum stays. Nodes whose
-    `distinction` is above `most_apart` count less, and nothing from twice that on, so that shadows keep their edges
-    (edge-avoiding à-trous wavelets: Dammertz, Sewtz, Hanika and Lensch, 2010); 2 has all of them count.
+    `distinction` (with `by_light` 1, else 0) is above `most_apart` count less, and nothing from twice that on, so that
+    shadows keep their edges (edge-avoiding à-trous wavelets: Dammertz, Sewtz, Hanika and Lensch, 2010).
     """
     for node in range(count):
         at = node * RAW_STRIDE
