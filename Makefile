@@ -2,6 +2,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Containers set it, and then each of thousands of processes compiles the sources anew: half of what its start costs.
+unexport PYTHONDONTWRITEBYTECODE
 # What `benchbot[full]` brings, and what is installed besides where it is needed: ROS 2 alone is 250 MB.
 PLUGINS := scenes assets_household sim_taichi task_semslam task_navigation eval_omq eval_trajectory eval_exploration \
 	envs_bear
