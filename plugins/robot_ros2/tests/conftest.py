@@ -9,6 +9,7 @@ from zlib import crc32
 
 import pytest
 
+import tests.conftest  # noqa: F401 - the sample plug-in is in the path of every process
 from benchbot_robot_ros2 import ros
 
 

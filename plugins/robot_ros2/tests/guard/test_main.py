@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
@@ -62,6 +63,16 @@ def test_velocities_are_published_within_the_limits(base: Base) -> None:
         assert guard.tripped is None
     until(lambda: is_over(guard.pid), "the guard's end")
     guard.close()
+
+
+def test_a_base_is_told_no_more_often_than_it_needs(base: Base) -> None:
+    with guarded.guarded(declaration()) as guard, Driving(guard):
+        base.until_moving()
+        first, began_s = base.numbers[-1], time.monotonic()
+        until(lambda: base.numbers[-1] - first > 100, "it is told on and on")
+        told, passed_s = base.numbers[-1] - first, time.monotonic() - began_s
+    # 50 times a second, and at each command; what a busy machine hears late does not make it ten times as many.
+    assert told / passed_s < 200
 
 
 @pytest.mark.parametrize("kill", [os.kill, os.killpg])

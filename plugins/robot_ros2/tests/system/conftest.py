@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 
-import tests.conftest  # noqa: F401 - the sample plug-in is in the path of every process
 from plugins.robot_ros2.tests.system.chain import PLUGIN, plugin_files
 from tests.command_line import CommandLine, cli, make_plugin
 

@@ -118,10 +118,10 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, en
     """Publish until the driver's end, and the last zeros after it."""
     driver, told, hand = os.getppid(), False, velocity.hand
     end: Trip | None = None
-    watched = [connection, other.connection]
     try:
         while end is None:
-            select.select(watched, [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
+            # The other one answers each sign of life: to wake up for that, and tell it so, would never let either rest.
+            select.select([connection], [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
             arrived = list(_arrived(connection))
             if None in arrived:
                 end = DRIVER_ENDED
@@ -130,7 +130,6 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, en
             other.listen()
             if other.ended:
                 # It outlives this process where all is well.
-                watched = [connection]
                 velocity.update(stopping(STANDBY_DIED))
             elif velocity.moving and other.hangs:
                 velocity.update(stopping(STANDBY_HUNG))
