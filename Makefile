@@ -11,7 +11,8 @@ MORE_PLUGINS := robot_ros2 record_mcap replay record_video record_rerun executor
 	sim_mujoco task_manipulation view baselines envs_thousand
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+# Of 23,000 modules the tests import a fraction, the demo a few hundred: each is compiled when it is first imported.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux opengl sdformat postgresql)
 SOURCES := benchbot benchbot_addons benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 # The kernel without robots, servers and solutions; new tests in these folders belong to it by themselves.
