@@ -52,13 +52,13 @@ class Driver:
         return answer["answer"]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def ray_cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     with cluster(tmp_path_factory.mktemp("ray")) as made:
         yield made
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def driver(ray_cluster: Cluster) -> Iterator[Driver]:
     made = Driver(ray_cluster)
     yield made
