@@ -118,17 +118,23 @@ def _guard(velocity: GuardedVelocity, connection: socket.socket, other: Peer, en
     """Publish until the driver's end, and the last zeros after it."""
     driver, told, hand = os.getppid(), False, velocity.hand
     end: Trip | None = None
+    watched = select.poll()
+    watched.register(connection, select.POLLIN)
+    # Its end alone: it answers each sign of life, and to wake up for that, and tell it so, would let neither rest.
+    watched.register(other.connection, 0)
     try:
         while end is None:
-            # The other one answers each sign of life: to wake up for that, and tell it so, would never let either rest.
-            select.select([connection], [], [], ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S)
+            watched.poll(1000 * (ARMED_PERIOD_S if velocity.trip is None else STOPPED_PERIOD_S))
             arrived = list(_arrived(connection))
             if None in arrived:
                 end = DRIVER_ENDED
             elif ending.is_set():
                 end = ENDED_BY_SIGNAL
+            was_there = not other.ended
             other.listen()
             if other.ended:
+                if was_there:
+                    watched.unregister(other.connection)
                 # It outlives this process where all is well.
                 velocity.update(stopping(STANDBY_DIED))
             elif velocity.moving and other.hangs:
