@@ -11,8 +11,7 @@ MORE_PLUGINS := robot_ros2 record_mcap replay record_video record_rerun executor
 	sim_mujoco task_manipulation view baselines envs_thousand
 EDITABLE := -e . $(foreach plugin,$(PLUGINS),-e plugins/$(plugin))
 EDITABLE_MORE := $(foreach plugin,$(MORE_PLUGINS),-e plugins/$(plugin))
-# Of 23,000 modules the tests import a fraction, the demo a few hundred: each is compiled when it is first imported.
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 FOR_TESTS := $(addprefix $(VENV)/.,interfaces browser slurm engines tmux opengl sdformat postgresql)
 SOURCES := benchbot benchbot_addons benchbot_api benchbot_eval tests benchmarks plugins release docs/tools tools conftest.py
 # The kernel without robots, servers and solutions; new tests in these folders belong to it by themselves.
@@ -38,7 +37,8 @@ $(VENV)/.installed: pyproject.toml constraints.txt $(wildcard plugins/*/pyprojec
 	touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed requirements-dev.txt
-	$(PIP) $(EDITABLE_MORE) -r requirements-dev.txt
+	# Of all these modules the tests import a fraction: each is compiled when it is first imported.
+	$(PIP) --no-compile $(EDITABLE_MORE) -r requirements-dev.txt
 	touch $@
 
 # Two ROS 2 interface packages that are not on PyPI, built from their definitions; a compiler may have to be installed.

@@ -136,6 +136,7 @@ def test_a_clock_that_is_set_makes_no_process_another_one(monkeypatch: pytest.Mo
     boot_s, started_s = psutil.boot_time(), psutil.Process().create_time()
     # The kernel tells the time of the boot by the clock of now, and psutil counts starts from there.
     monkeypatch.setattr("psutil._psplatform.boot_time", lambda: boot_s + 3600.0)
+    assert psutil.boot_time() == boot_s + 3600.0
     assert psutil.Process().create_time() == pytest.approx(started_s + 3600.0, abs=1.0)
     assert ProcessId.of(os.getpid()) == me
     assert not me.is_dead
