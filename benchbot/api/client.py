@@ -5,16 +5,17 @@ import os
 import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import quote
-
-from numpy.typing import NDArray
 
 from benchbot.api.transport import Transport
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.wire import arena, encoding
 from benchbot.wire.joining import find
 from benchbot.wire.run_state import Connection
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 MSGPACK = "application/msgpack"
 
@@ -204,7 +205,7 @@ class SharedMemory:
             return None
         return memory
 
-    def read(self, dtype: str, shape: list[int], offset: int) -> NDArray[Any]:
+    def read(self, dtype: str, shape: list[int], offset: int) -> "NDArray[Any]":
         """Return a copy of an array; raises ValueError when it lies outside of the memory."""
         return self._reader.read(dtype, shape, offset)
 

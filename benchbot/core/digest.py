@@ -5,8 +5,6 @@ from concurrent.futures import Executor, Future
 from hashlib import sha256
 from typing import Any
 
-import numpy as np
-
 MARK_DIGITS = 16
 MAX_OBSERVATIONS = 100_000
 """A run that has observed more often is not logged: its log would be larger than anything else of its result."""
@@ -73,6 +71,8 @@ class ObservationDigest:
         return list(self._marks)
 
     def _add(self, value: Any) -> None:
+        import numpy as np  # most processes that import this module digest nothing
+
         if isinstance(value, Mapping):
             self._hash.update(b"{")
             for key in sorted(value):

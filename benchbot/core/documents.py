@@ -6,6 +6,9 @@ from typing import Any, NotRequired, TypedDict
 Settings = Mapping[str, Any]
 """A mapping whose keys are up to the simulator, driver or format that reads it."""
 
+REAL = "real"
+"""The `type` of environments that are not simulated."""
+
 
 class RobotDeclaration(TypedDict):
     """A robot; the keys of BenchBot v2 that nothing reads any more are left out."""

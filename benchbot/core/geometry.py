@@ -3,12 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Self
 
 from benchbot.core.channels import FramePose
+
+if TYPE_CHECKING:  # most processes that know poses make no matrices, and numpy takes as long to import as all of these
+    import numpy as np
+    from numpy.typing import NDArray
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -48,8 +49,10 @@ class Pose:
         return about_z @ about_y @ about_x
 
     @classmethod
-    def from_matrix(cls, matrix: NDArray[np.float64]) -> Self:
+    def from_matrix(cls, matrix: "NDArray[np.float64]") -> Self:
         """Return the pose of a 4x4 homogeneous matrix."""
+        import numpy as np
+
         r = matrix[:3, :3]
         # Shepperd's method: divide by the largest of the four candidates, so that nothing cancels.
         trace = float(np.trace(r))
@@ -83,8 +86,10 @@ class Pose:
         pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
         return (roll, pitch, self.yaw_rad)
 
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> "NDArray[np.float64]":
         """Return the 4x4 homogeneous matrix, float64."""
+        import numpy as np
+
         x, y, z, w = self.rotation_xyzw
         matrix = np.eye(4)
         matrix[:3, :3] = [
@@ -97,6 +102,8 @@ class Pose:
 
     def record(self, parent_frame: str) -> FramePose:
         """Return the pose as the channel `poses` has it: metres, radians, float64."""
+        import numpy as np
+
         return {
             "parent_frame": parent_frame,
             "translation_xyz": np.array(self.translation_xyz, np.float64),

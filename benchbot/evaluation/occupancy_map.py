@@ -13,12 +13,13 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from benchbot.core import documents
 from benchbot.core.errors import BenchbotError
 
 T = TypeVar("T", bound=np.generic)
 Cells = NDArray[np.bool_]
+REAL = documents.REAL
 MOST_PIXELS = 1 << 24
-REAL = "real"
 KEYS = ("image", "resolution", "origin", "occupied_thresh", "free_thresh")
 MODES = ("trinary", "scale")
 _WRITE_IT_ANEW = "Write it anew (ros2 run nav2_map_server map_saver_cli), or correct the file."

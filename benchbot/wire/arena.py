@@ -12,10 +12,10 @@ import os
 import secrets
 import struct
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:  # where no array is looked at, numpy is not imported
+    from numpy.typing import NDArray
 
 NAME = "benchbot-arena"
 ALIGNMENT_BYTES = 64
@@ -49,7 +49,7 @@ class Layout:
         self.end = start
         self._arrays: list[tuple[int, NDArray[Any]]] = []
 
-    def add(self, array: NDArray[Any]) -> int:
+    def add(self, array: "NDArray[Any]") -> int:
         """Return the offset at which an array will lie."""
         offset, self.end = self.end, self.end + aligned(array.nbytes)
         self._arrays.append((offset, array))
@@ -57,6 +57,8 @@ class Layout:
 
     def write(self, memory: mmap.mmap, base: int = 0) -> None:
         """Copy the arrays in C order to their places, counted from byte `base` on."""
+        import numpy as np
+
         for offset, array in self._arrays:
             if array.size:
                 target = np.frombuffer(memory, array.dtype, array.size, base + offset).reshape(array.shape)
@@ -100,6 +102,7 @@ class ArenaReader:
 
     def __init__(self, handle: int) -> None:
         self.handle = handle
+        self._address: int | None = None  # of the map, once somebody asks where in it an array lies
         self._remap(os.fstat(handle).st_size)
         self.nonce = self._map[:NONCE_BYTES].hex()
         """The nonce, as hexadecimal digits."""
@@ -110,11 +113,13 @@ class ArenaReader:
         number: int = _SEQUENCE.unpack_from(self._map, NONCE_BYTES)[0]
         return number
 
-    def view(self, dtype: str, shape: Sequence[int], offset: int) -> NDArray[Any]:
+    def view(self, dtype: str, shape: Sequence[int], offset: int) -> "NDArray[Any]":
         """Return the array at an offset, read-only, as long as nothing else is written.
 
         Raises ValueError when it lies outside of the memory.
         """
+        import numpy as np
+
         kind = np.dtype(dtype)
         if kind.hasobject or offset < HEADER_BYTES or min(shape, default=0) < 0:
             raise ValueError(f"not an array: {dtype} {list(shape)} at {offset}")
@@ -128,12 +133,16 @@ class ArenaReader:
             return np.empty(tuple(shape), kind)
         return np.ndarray(shape, kind, self._map, offset)
 
-    def read(self, dtype: str, shape: Sequence[int], offset: int) -> NDArray[Any]:
+    def read(self, dtype: str, shape: Sequence[int], offset: int) -> "NDArray[Any]":
         """Return a copy of the array at an offset; raises ValueError when it lies outside of the memory."""
         return self.view(dtype, shape, offset).copy()
 
-    def offset_of(self, array: NDArray[Any]) -> int | None:
+    def offset_of(self, array: "NDArray[Any]") -> int | None:
         """Return where an array lies, or None when it is not a contiguous part of this memory."""
+        import numpy as np
+
+        if self._address is None:
+            self._address = np.frombuffer(self._map, np.uint8).__array_interface__["data"][0]
         address: int = array.__array_interface__["data"][0]
         offset = address - self._address
         inside = offset >= HEADER_BYTES and offset + array.nbytes <= len(self._map)
@@ -147,4 +156,4 @@ class ArenaReader:
         if size < HEADER_BYTES:
             raise ValueError(f"an arena has at least {HEADER_BYTES} bytes, not {size}")
         self._map = mmap.mmap(self.handle, size, access=mmap.ACCESS_READ)
-        self._address: int = np.frombuffer(self._map, np.uint8).__array_interface__["data"][0]
+        self._address = None

@@ -8,14 +8,17 @@ MessagePack: https://github.com/msgpack/msgpack/blob/master/spec.md
 
 import math
 import struct
+import sys
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from benchbot.core.errors import BenchbotError
+
+if TYPE_CHECKING:  # where no array is sent or received, numpy is not imported: it takes as long as all of the client
+    import numpy as np
+    from numpy.typing import NDArray
 
 ARENA_HEADER = "X-BenchBot-Arena"
 MAX_BODY_BYTES = 64 * 2**20
@@ -25,15 +28,12 @@ MAX_NDIM = 8
 # A smaller array is copied sooner than it is aligned.
 ALIGNED_FROM_BYTES = 4096
 MAX_ARRAY_BYTES = 256 * 2**20
-DTYPES = {
-    name: np.dtype(name)
-    for name in ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8")
-}
-"""The dtypes that arrays may have on the wire, by their names there."""
+DTYPES = ("|b1", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f2", "<f4", "<f8")
+"""The names of dtypes that arrays may have on the wire; the last digit is an element's size in bytes."""
 
-Locate = Callable[[NDArray[Any]], int | None]
+Locate = Callable[["NDArray[Any]"], int | None]
 """Returns the offset of an array in shared memory, or None for one that does not lie there."""
-Fetch = Callable[[str, list[int], int], NDArray[Any]]
+Fetch = Callable[[str, list[int], int], "NDArray[Any]"]
 """Returns the array of a dtype and shape that lies at an offset in shared memory; raises ValueError for none."""
 
 _header_decoder = msgspec.msgpack.Decoder(tuple[str, list[int]])
@@ -88,7 +88,7 @@ def _placed(value: Any, locate: Locate) -> bytes:
     """Return a message with the places of its arrays; those that have none go by their elements, aligned to nothing."""
 
     def place(item: Any) -> Any:
-        if not isinstance(item, np.ndarray):
+        if not is_array(item):
             return _encode_scalar(item)
         dtype, _ = _checked(item)
         offset = locate(item) if dtype == item.dtype else None
@@ -109,7 +109,7 @@ class _Message:
 
     def append(self, value: Any) -> None:
         """Append the encoding of a value."""
-        if isinstance(value, np.ndarray):
+        if is_array(value):
             self._append_array(value)
         elif isinstance(value, dict) and _holds_array(value.values()):
             self._add(struct.pack(">BI", 0xDF, len(value)))
@@ -123,8 +123,10 @@ class _Message:
         else:
             self._add(_encoder.encode(value))
 
-    def _append_array(self, array: NDArray[Any]) -> None:
+    def _append_array(self, array: "NDArray[Any]") -> None:
         """Append an array; raises ValueError for a dtype, rank or size outside of the caps."""
+        import numpy as np
+
         dtype, size = _checked(array)
         header = _encoder.encode((dtype.str, array.shape))
         if size >= ALIGNED_FROM_BYTES:
@@ -150,9 +152,21 @@ def _widened(header: bytes, padding: int, rank: int) -> bytes:
     return pair + text + sizes + header[text_end + 1 :]
 
 
+def is_array(value: Any) -> bool:
+    """Return whether a value is an array; where numpy was not imported there is none."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(value, numpy.ndarray)
+
+
+def is_scalar(value: Any) -> bool:
+    """Return whether a value is a number of numpy's."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(value, numpy.generic)
+
+
 def _holds_array(values: Iterable[Any]) -> bool:
     for value in values:
-        if isinstance(value, np.ndarray):
+        if is_array(value):
             return True
         if isinstance(value, dict) and _holds_array(value.values()):
             return True
@@ -162,13 +176,15 @@ def _holds_array(values: Iterable[Any]) -> bool:
 
 
 def _encode_scalar(value: Any) -> Any:
-    if isinstance(value, np.generic):
+    if is_scalar(value):
         return value.item()
     raise TypeError(f"values of type {type(value).__name__} are not supported")
 
 
-def unpack_array(data: memoryview) -> NDArray[Any]:
+def unpack_array(data: memoryview) -> "NDArray[Any]":
     """Return the array in extension data; raises ValueError when it is not one within the caps."""
+    import numpy as np
+
     if len(data) < 1 or len(data) < 1 + data[0]:
         raise ValueError("an array ends within its header")
     start = 1 + data[0]
@@ -182,7 +198,7 @@ def unpack_array(data: memoryview) -> NDArray[Any]:
     return array if array.flags.aligned and array.flags.writeable else array.copy()
 
 
-def _checked(array: NDArray[Any]) -> tuple["np.dtype[Any]", int]:
+def _checked(array: "NDArray[Any]") -> tuple["np.dtype[Any]", int]:
     """Return the dtype that an array has on the wire, and its size; raises ValueError outside of the caps."""
     dtype = array.dtype
     if dtype.str.startswith(">"):
@@ -197,7 +213,7 @@ def _check(dtype: str, shape: Sequence[int]) -> int:
     if len(shape) > MAX_NDIM or min(shape, default=0) < 0:
         raise ValueError(f"an array cannot have the shape {shape}")
     # An empty array's other sizes count too: numpy refuses those whose product overflows.
-    size = DTYPES[dtype].itemsize * (math.prod(shape) or math.prod(filter(None, shape)))
+    size = int(dtype[-1]) * (math.prod(shape) or math.prod(filter(None, shape)))
     if size > MAX_ARRAY_BYTES:
         raise ValueError(f"an array of {size} bytes is larger than {MAX_ARRAY_BYTES}")
     return 0 if 0 in shape else size
@@ -212,7 +228,7 @@ def has_place(dtype: str, shape: Sequence[int]) -> bool:
 
 
 def _decoder_with(fetch: Fetch | None) -> "msgspec.msgpack.Decoder[Any]":
-    def hook(code: int, data: memoryview) -> NDArray[Any]:
+    def hook(code: int, data: memoryview) -> "NDArray[Any]":
         if code == ARRAY_CODE:
             return unpack_array(data)
         if code != PLACE_CODE or fetch is None:

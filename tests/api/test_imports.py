@@ -1,6 +1,8 @@
 import subprocess
 import sys
 
+import pytest
+
 HEAVY = {
     "ssl",
     "httpx",
@@ -17,6 +19,14 @@ HEAVY = {
 }
 
 
+STARTED_OFTEN = (
+    "benchbot.plugins.batch.worker",
+    "benchbot.plugins.batch.command",
+    "benchbot.cli.submit",
+    "benchbot.api",
+)
+
+
 def imported_by(statement: str) -> set[str]:
     code = f"import sys; {statement}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -25,6 +35,12 @@ def imported_by(statement: str) -> set[str]:
 
 def test_a_solution_imports_no_server() -> None:
     assert not imported_by("import benchbot.api") & HEAVY
+
+
+@pytest.mark.parametrize("module", STARTED_OFTEN)
+def test_what_is_started_often_waits_for_numpy_until_there_is_an_array(module: str) -> None:
+    """It takes as long to import as all that a solution needs without it, and a third of a worker's start."""
+    assert "numpy" not in imported_by(f"import {module}")
 
 
 def test_what_mappers_import_brings_neither_scipy_nor_opencv_nor_pillow() -> None:

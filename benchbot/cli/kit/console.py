@@ -15,8 +15,6 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from benchbot.cli.kit.solution_output import folded
 from benchbot.core.errors import BenchbotError, ExitCode
 from benchbot.core.text import one_line, visible
@@ -95,6 +93,8 @@ def findings(found: "Iterable[Finding]", *, tell_all: bool = False) -> None:
 
 def confirmed(question: str) -> bool:
     """Ask on stderr, and return whether the answer is yes; raises typer.Abort at Ctrl-C."""
+    import typer  # the processes of a run tell something, and ask nobody
+
     return typer.confirm(visible(question), err=True)
 
 
@@ -141,6 +141,8 @@ def interruptible(said: str) -> Iterator[None]:
         try:
             yield
         except KeyboardInterrupt:
+            import typer
+
             note(f"Interrupted: {said}")
             raise typer.Exit(ExitCode.INTERRUPTED) from None
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchbot.cli.kit.preflight import Intent
-from benchbot.evaluation import occupancy_map
+from benchbot.core.documents import REAL
 from benchbot.plugin import BenchbotError, Catalog, Declaration, Finding, GroundTruths, Level, Pose, Scene
 
 FILES = ("map_path", "occupancy_map")
@@ -35,8 +35,10 @@ def scenes(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
 def starts(_catalog: Catalog, intent: Intent) -> Iterator[Finding]:
     """Yield whether a real environment's start, and its trajectory, are in the free space of its map."""
     for scene in intent.scenes:
-        if scene.data["type"] != occupancy_map.REAL or not ({"map_path", "occupancy_map"} & scene.data.keys()):
+        if scene.data["type"] != REAL or not ({"map_path", "occupancy_map"} & scene.data.keys()):
             continue
+        from benchbot.evaluation import occupancy_map
+
         path = occupancy_map.map_file(scene.data, scene.path.parent)
         if not path.is_file():
             continue  # `scenes` tells it

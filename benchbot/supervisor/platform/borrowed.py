@@ -5,15 +5,16 @@ that request is answered.
 """
 
 import os
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from benchbot.supervisor.platform import messages
 from benchbot.wire import encoding
 from benchbot.wire.arena import ArenaReader
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -41,7 +42,7 @@ class BorrowingDecoder:
             observations.encoded = message
         return observations
 
-    def _view(self, dtype: str, shape: list[int], offset: int) -> NDArray[Any]:
+    def _view(self, dtype: str, shape: list[int], offset: int) -> "NDArray[Any]":
         self._all_named &= encoding.has_place(dtype, shape)
         return self._arena.view(dtype, shape, offset)
 
@@ -79,7 +80,7 @@ def encode_answer(answer: dict[str, Any], arena: ArenaReader | None, *, opened: 
 
 def copied(value: Any) -> Any:
     """Return a value with copies of its arrays."""
-    if isinstance(value, np.ndarray):
+    if encoding.is_array(value):
         return value.copy()
     if isinstance(value, dict):
         return {key: copied(item) for key, item in value.items()}

@@ -7,17 +7,18 @@ extension type 2, as on the wire: MessagePack `[dtype.str, [size, …], offset]`
 import socket
 import struct
 import time
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from benchbot.core.errors import BenchbotError, ExitCode, FailureClass
 from benchbot.core.geometry import Pose
 from benchbot.core.platform import Localisation
 from benchbot.wire.arena import ArenaWriter, Layout
-from benchbot.wire.encoding import PLACE_CODE, Fetch, decode_place, place_of
+from benchbot.wire.encoding import PLACE_CODE, Fetch, decode_place, is_array, is_scalar, place_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 MAX_MESSAGE_BYTES = 64 * 2**20
 
@@ -173,7 +174,7 @@ def encode_value(reply: Any, arena: ArenaWriter | None = None) -> bytes:
     layout = Layout()
 
     def place(value: Any) -> Any:
-        if arena and isinstance(value, np.ndarray):
+        if arena and is_array(value):
             return place_of(value.dtype.str, value.shape, layout.add(value))
         return _scalar(value)
 
@@ -191,7 +192,7 @@ def decode_reply(data: bytes | bytearray, kind: type[T]) -> T:
 def decoder(kind: type[T], fetch: Fetch | None = None) -> "msgspec.msgpack.Decoder[T]":
     """Return what decodes the values of replies as `kind`; their arrays are fetched from the arena."""
 
-    def array(code: int, where: memoryview) -> NDArray[Any]:
+    def array(code: int, where: memoryview) -> "NDArray[Any]":
         if fetch is None or code != PLACE_CODE:
             raise ValueError(f"extension type {code} is not known")
         return fetch(*decode_place(where))
@@ -214,7 +215,7 @@ def value_of(reply: Reply, decoder: Decoder[T]) -> T:
 
 
 def _scalar(value: Any) -> Any:
-    if isinstance(value, np.generic):
+    if is_scalar(value):
         return value.item()
     raise TypeError(f"values of type {type(value).__name__} cannot leave the platform's process")
 

@@ -16,16 +16,17 @@ import struct
 import time
 from collections import deque
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from benchbot.core.errors import BenchbotError, FailureClass
 from benchbot.core.progress import Progress, Step
 from benchbot.wire import encoding
 from benchbot.wire.arena import Layout, aligned
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 STEP, RESET, RESULT, RUN = range(4)
 DOCUMENTS = {RESULT: "result", RUN: "run"}
@@ -113,9 +114,9 @@ class Parcel:
         _MESSAGE_SIZE.pack_into(memory, start + len(self._message), len(self._message))
 
     def _placed(self, value: Any) -> Any:
-        if isinstance(value, np.generic):
+        if encoding.is_scalar(value):
             return value.item()
-        if not isinstance(value, np.ndarray) or value.dtype.str not in encoding.DTYPES:
+        if not encoding.is_array(value) or value.dtype.str not in encoding.DTYPES:
             raise BenchbotError(
                 f"A {type(value).__name__} cannot be recorded.",
                 "An observation is made of dicts, lists, strings, numbers and arrays of numbers.",
@@ -130,7 +131,9 @@ def unpack(memory: mmap.mmap, offset: int, size: int) -> RecordedStep:
     end = offset + size - _MESSAGE_SIZE.size
     (length,) = _MESSAGE_SIZE.unpack_from(memory, end)
 
-    def array(_code: int, place: memoryview) -> NDArray[Any]:
+    import numpy as np
+
+    def array(_code: int, place: memoryview) -> "NDArray[Any]":
         dtype, shape, start = encoding.decode_place(place)
         if 0 in shape:
             return np.empty(shape, dtype)
