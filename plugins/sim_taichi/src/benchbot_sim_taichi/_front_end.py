@@ -9,10 +9,12 @@ processor seconds in a picture's 13 kernels (Taichi 1.7.4). None changes the tre
 import ast
 import functools
 import importlib
+import inspect
 import sys
 import textwrap
-from collections.abc import Callable
-from types import SimpleNamespace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType, SimpleNamespace, TracebackType
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,32 @@ INTEGERS = (int, np.integer)
 
 def _is_known(taichi: Any) -> bool:
     return bool(taichi.__name__ == "taichi" and taichi.__version__[:2] == KNOWN_VERSION)
+
+
+@contextmanager
+def importing() -> Iterator[None]:
+    """Import Taichi in here, in half of the time.
+
+    It decorates 93 functions of its own, and asks for each whether the line that holds it begins a class. To know that
+    line `inspect` searches all modules and reads their sources.
+    """
+    find_out = inspect.getframeinfo
+
+    def frame_info(frame: FrameType | TracebackType, context: int = 1) -> inspect.Traceback:
+        inner: FrameType | None = sys._getframe(1)
+        asks = sys._getframe(1).f_globals.get("__name__")
+        if asks != "taichi.lang.kernel_impl" or not isinstance(frame, FrameType):
+            return find_out(frame, context)
+        while inner is not None and inner.f_back is not frame:
+            inner = inner.f_back
+        line = "class " if inner is not None and "__qualname__" in inner.f_locals else ""
+        return inspect.Traceback(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name, [line], 0)
+
+    inspect.getframeinfo = frame_info
+    try:
+        yield
+    finally:
+        inspect.getframeinfo = find_out
 
 
 def hasten(taichi: Any) -> None:

@@ -22,7 +22,8 @@ os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 
 RUNTIME = "quadrants" if (sys.platform, platform.machine()) == ("linux", "aarch64") else "taichi"
 """What is installed with this distribution: Taichi has no wheels for Linux on Arm, and its fork has."""
-ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", RUNTIME))
+with _front_end.importing():
+    ti: Any = importlib.import_module(os.environ.get("BENCHBOT_TAICHI", RUNTIME))
 _front_end.hasten(ti)
 
 DEVICES = ("cpu", "cuda")

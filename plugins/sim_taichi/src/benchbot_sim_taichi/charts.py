@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from benchbot_scenes.scene import FloatArray, IntArray, SceneGeometry
 from benchbot_sim_taichi import _ti, parting
@@ -132,6 +130,10 @@ def _surfaces(scene: SceneGeometry, large: Ints, corner: Floats, face: Floats) -
     """Return a number for each large triangle, that of the connected flat surface it is part of."""
     if not len(large):
         return large
+    # Of scenes whose light is kept no charts are made, and scipy takes as long to import as all of these modules.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     offset = np.einsum("tx,tx->t", face[large], corner[large, 0])
     part = np.column_stack([scene.triangle_instance, parting.sides(scene)])[large]
     key = np.column_stack([part, np.rint(face[large] * 200), np.rint(offset * 500)])
