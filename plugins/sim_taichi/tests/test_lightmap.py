@@ -49,7 +49,8 @@ def test_all_light_of_a_lamp_arrives_however_close_it_is(tmp_path: Path, kernel_
     assert arrived == pytest.approx(np.pi * 10.0 * 0.4**2, rel=0.02)
 
 
-def test_what_is_smoothed_keeps_its_sum(kernel_cache: Path) -> None:
+@pytest.mark.parametrize(("first", "last"), [(0, 10), (12, 15)], ids=["what is averaged", "found by chance"])
+def test_what_is_smoothed_keeps_its_sum(first: int, last: int, kernel_cache: Path) -> None:
     """Light that is averaged only moves: nodes at an edge, or where a shadow begins, count as all others."""
     _ti.start("cpu", kernel_cache)
     from benchbot_sim_taichi.kernels import smoothing
@@ -69,11 +70,35 @@ def test_what_is_smoothed_keeps_its_sum(kernel_cache: Path) -> None:
     ]
     smoothed = _ti.upload(np.zeros(raw.size, np.float32))
 
-    smoothing.smooth(*values, smoothed, width * height, 0, 2, 0.1, 1, 0, 10)
+    smoothing.smooth(*values, smoothed, width * height, 0, 2, 0.1, 1, first, last)
 
     after = _ti.download(smoothed).reshape(raw.shape)
-    assert np.abs(after[:, :10] - raw[:, :10]).max() > 0.1
+    assert np.abs(after[:, first:last] - raw[:, first:last]).max() > 0.1
     assert after.sum(axis=0) == pytest.approx(raw.sum(axis=0), rel=1e-5)
+
+
+def test_what_one_node_in_many_finds_leaves_no_spots(tmp_path: Path, kernel_cache: Path) -> None:
+    """A lamp of 4 cm lights the wall beside it, whose middle one ray from the wall opposite meets, or none."""
+    room = Glb()
+    room.box("room", (-1, -1, 0), (1, 1, 2), room.material((0.5,) * 3), inward=True)
+    glowing = room.material((0.0,) * 3, emission=(50.0,) * 3)
+    room.box("lamp", (-0.02, 0.90, 0.98), (0.02, 0.94, 1.02), glowing)
+    renderer = Renderer(load_scene(room.write(tmp_path / "room.glb")), rooms.NIGHT, cache_dir=kernel_cache)
+    scene, near = renderer.scene, renderer.near_lights
+    direct = lightmap.light_directly(scene, renderer.device, near, 0)
+    straight = _ti.download(direct.raw).reshape(direct.found.count, -1)[:, 0].copy()
+
+    stored = lightmap.bake(scene, renderer.device, _cells(renderer), near, direct, 0)
+
+    positions, _ = direct.found.places_in(scene)
+    opposite = (positions[:, 1] < -0.999) & (np.abs(positions[:, [0, 2]] - (0.0, 1.0)).max(axis=1) < 0.6)
+    x, z = (positions[opposite][:, [0, 2]] - (0.0, 1.0)).T
+    indirect = (_red(stored) - straight)[opposite]
+    evenly = np.column_stack([np.ones_like(x), x, z, x * x, x * z, z * z])
+    spots = np.abs(indirect - evenly @ np.linalg.lstsq(evenly, indirect, rcond=None)[0]) / indirect.mean()
+    assert len(spots) > 2000
+    assert spots.max() < 0.2
+    assert np.sqrt((spots**2).mean()) < 0.055
 
 
 def test_a_wall_keeps_its_light_beside_what_stands_before_it(tmp_path: Path, kernel_cache: Path) -> None:

@@ -15,7 +15,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 19
+VERSION = 20
 NODES_AT_ONCE = 2**17
 ROUNDS = ((8, 5, 1), (24, 16, 0))
 """Rays and patches per node, and whether cells say what surfaces send on by way of others. The second round asks the
@@ -25,6 +25,7 @@ NEAR_STEPS = ((1, 0.07, 0), (2, 0.1, 1), (4, 0.05, 1))
 What lies behind furniture would else take light from what is seen beside it; but a node's own light is noise at first,
 by which half-shadows would be torn."""
 FAR_STEPS = ((2, 0.1, 0), (4, 0.1, 0))  # the same of light from afar, which changes slowly
+CHANCE_STEPS = ((1, 0.1, 1), (2, 0.1, 1), (4, 0.1, 1), (8, 0.1, 1))  # the same of what nodes have found by chance
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
 
@@ -160,6 +161,7 @@ def bake(
 
 def _smooth(direct: DirectLight, raw: Any, other: Any) -> None:
     """Average the light of nodes with that of nodes beside them, and store it; both arrays are overwritten."""
+    from benchbot_sim_taichi.kernels import bake as kernels
     from benchbot_sim_taichi.kernels import smoothing
 
     index, light, charted, links = direct.lightmap.index, direct.lightmap.light, direct.scattered[2], direct.links
@@ -172,10 +174,11 @@ def _smooth(direct: DirectLight, raw: Any, other: Any) -> None:
         smoothing.smooth_loose(raw, charted, *links, other, count)
         raw, other = other, raw
     narrow = _ti.upload(_ti.download(raw).copy())
-    for how in FAR_STEPS:
-        for down in (0, 1):
-            smoothing.smooth(raw, charted, index, other, count, down, *how, 6, 10)
-            raw, other = other, raw
+    for steps, first, last in ((FAR_STEPS, 6, 10), (CHANCE_STEPS, 12, kernels.RAW_STRIDE)):
+        for how in steps:
+            for down in (0, 1):
+                smoothing.smooth(raw, charted, index, other, count, down, *how, first, last)
+                raw, other = other, raw
     smoothing.finish(narrow, raw, charted, index, *links, light, count)
 
 

@@ -1,9 +1,10 @@
 # mypy: ignore-errors
 """Light at the nodes of surfaces, by rays.
 
-A node's raw light is 12 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
+A node's raw light is 15 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
 `NEAR_M`, and by way of all others, how much of the hemisphere those others fill (1: all), the share of the sun that is
-seen, and how much the node counts (next to nothing inside of solids).
+seen, how much the node counts (next to nothing inside of solids), and irradiance that it has found by chance: of what
+is small and bright one node in many meets a point, and would be a bright spot.
 
 Each of 8 x 8 nodes of a chart takes a stratum of its own of each ray, so that an average over neighbours is one over
 well spread rays (interleaved sampling: Keller and Heidrich, 2001).
@@ -34,7 +35,7 @@ from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 
-RAW_STRIDE = 12
+RAW_STRIDE = 15
 PI = 3.14159265
 NEAR_M = 0.5
 NEAR_SUN_M = 0.1  # a sill in the sun is small, and so bright that rays which meet it by chance are spots
@@ -46,6 +47,8 @@ MOST_BACKS = 0.5
 MOST_BLOCKED = 0.75
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
+MOST_OF_MEAN = 4.0
+"""What a ray brings beyond so many times as much as others do on average is found by chance."""
 
 
 @ti.dataclass
@@ -229,6 +232,12 @@ def patch_below(shares: ti.template(), first, last, number):
     return low
 
 
+@ti.func
+def beyond(light, most):
+    """Return what of some light (3) has to go so that its brightest colour is `most`."""
+    return light * (1.0 - ti.min(most / ti.max(light.max(), 1e-9), 1.0))
+
+
 @ti.kernel
 def gather(
     nodes: floats,
@@ -280,6 +289,8 @@ def gather(
         open_share = 0.0
         backs = 0.0
         blocked = 0.0
+        brightest = vec3(0.0)
+        is_brightest_far = False
         was_hidden = raw[at + 11] != 1.0
         rays = ti.select(was_hidden, 0, rays_per_node)
         for k in range(rays):
@@ -334,8 +345,18 @@ def gather(
                     far_light += radiance
                 else:
                     near_light += radiance
+                if radiance.max() > brightest.max():
+                    brightest = radiance
+                    is_brightest_far = is_far
         counted = ti.cast(rays, ti.f32)
         scale = 1.0 / ti.max(counted - backs, 1.0)
+        all_others = near_light + far_light - brightest
+        by_chance = beyond(brightest, all_others.max() * MOST_OF_MEAN / ti.max(counted - 1.0, 1.0))
+        if is_brightest_far:
+            far_light = far_light - by_chance
+        else:
+            near_light = near_light - by_chance
+        by_chance *= scale / INV_PI
         near_patches = vec3(0.0)
         far_patches = vec3(0.0)
         largest = vec3(0.0)
@@ -374,17 +395,19 @@ def gather(
                     if found.max() > largest.max():
                         largest = found
                         is_largest_near = distance < NEAR_M
-        # A patch that is chosen once in thousands of nodes would be a bright spot: one counts as all else at most.
+        # A patch may be chosen once in thousands of nodes.
         all_else = near_patches + far_patches - largest + (near_light + far_light) * (scale / INV_PI)
-        largest *= ti.min(all_else.max() / ti.max(largest.max(), 1e-9), 1.0) - 1.0
+        largest = beyond(largest, all_else.max())
         if is_largest_near:
-            near_patches += largest
+            near_patches = near_patches - largest
         else:
-            far_patches += largest
+            far_patches = far_patches - largest
+        by_chance += largest
         is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         for i in ti.static(range(3)):
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI) + near_patches[i]
             raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + far_patches[i]
+            raw[at + 12 + i] = by_chance[i]
         raw[at + 9] = open_share * scale
         # A node that is no chart's may lie between two shells of a thing, and lattices of the outer one share it.
         is_between = charted[node * NODE_STRIDE] < 0 and open_share == 0.0
@@ -395,5 +418,6 @@ def gather(
                 raw[at + i] = stored.total[i]
                 raw[at + 3 + i] = 0.0
                 raw[at + 6 + i] = 0.0
+                raw[at + 12 + i] = 0.0
             raw[at + 9] = 0.0
             raw[at + 11] = HIDDEN_WEIGHT

@@ -8,6 +8,7 @@ from benchbot_sim_taichi.kernels.lightmap import SUN_STEPS
 from benchbot_sim_taichi.kernels.traversal import floats, ints, vec3
 
 SUN_EDGE = 0.02
+AVERAGED = (*range(10), *range(12, RAW_STRIDE))  # without the sun's share and what a node counts
 
 
 @ti.func
@@ -81,16 +82,16 @@ def smooth_loose(source: floats, charted: ints, first_link: ints, links: ints, t
         at = node * RAW_STRIDE
         weight = 2.0 * source[at + 11]
         weights = weight
-        total = ti.Vector([0.0] * 10)
-        for c in ti.static(range(10)):
+        total = ti.Vector([0.0] * RAW_STRIDE)
+        for c in ti.static(AVERAGED):
             total[c] = weight * source[at + c]
         if charted[node * NODE_STRIDE] < 0:
             for k in range(first_link[node], first_link[node + 1]):
                 other = links[k] * RAW_STRIDE
-                for c in ti.static(range(10)):
+                for c in ti.static(AVERAGED):
                     total[c] += source[other + 11] * source[other + c]
                 weights += source[other + 11]
-        for c in ti.static(range(10)):
+        for c in ti.static(AVERAGED):
             target[at + c] = total[c] / weights
         target[at + 10] = source[at + 10]
         target[at + 11] = source[at + 11]
@@ -116,14 +117,15 @@ def finish(
     """Pack each node's light into two words: irradiance of red and green; of blue, the sun's share, and a bit.
 
     The bit says that a neighbour sees more or less of the sun. Light from afar is that of `wide`, by the share of the
-    hemisphere that is open in `narrow`: it changes slowly, while what hides it does not.
+    hemisphere that is open in `narrow`: it changes slowly, while what hides it does not. What was found by chance is
+    that of `wide`, too.
     """
     for node in range(count):
         at = node * RAW_STRIDE
         from_afar = narrow[at + 9] / ti.max(wide[at + 9], 1e-6)
         value = vec3(0.0)
         for c in ti.static(range(3)):
-            value[c] = narrow[at + c] + narrow[at + 3 + c] + wide[at + 6 + c] * from_afar
+            value[c] = narrow[at + c] + narrow[at + 3 + c] + wide[at + 6 + c] * from_afar + wide[at + 12 + c]
         sun = narrow[at + 10]
         edge = 0
         entry = charted[node * NODE_STRIDE]
