@@ -153,15 +153,13 @@ def _widened(header: bytes, padding: int, rank: int) -> bytes:
 
 
 def is_array(value: Any) -> bool:
-    """Return whether a value is an array; where numpy was not imported there is none."""
-    numpy = sys.modules.get("numpy")
-    return numpy is not None and isinstance(value, numpy.ndarray)
+    """Return whether a value is an array; there is none where numpy is not imported, or not yet to its end."""
+    return isinstance(value, getattr(sys.modules.get("numpy"), "ndarray", ()))
 
 
 def is_scalar(value: Any) -> bool:
     """Return whether a value is a number of numpy's."""
-    numpy = sys.modules.get("numpy")
-    return numpy is not None and isinstance(value, numpy.generic)
+    return isinstance(value, getattr(sys.modules.get("numpy"), "generic", ()))
 
 
 def _holds_array(values: Iterable[Any]) -> bool:

@@ -1,5 +1,7 @@
 import struct
+import sys
 from contextlib import suppress
+from types import ModuleType
 from typing import Any
 
 import msgspec
@@ -160,6 +162,14 @@ def test_a_place_that_is_not_within_the_caps_is_refused(place: Any) -> None:
     for fetch in (None, lambda *asked: np.zeros(1)):
         with pytest.raises(BenchbotError, match="cannot be read"):
             encoding.decode(message, fetch)
+
+
+@pytest.mark.parametrize("numpy", [None, ModuleType("numpy")], ids=["not imported", "being imported by another thread"])
+def test_messages_without_arrays_need_no_numpy(numpy: ModuleType | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "numpy", numpy)
+    assert encoding.decode(encoding.encode({"names": ["a", 1, 0.5, None]})) == {"names": ["a", 1, 0.5, None]}
+    with pytest.raises(BenchbotError, match="A value cannot be sent"):
+        encoding.encode({"what": object()})
 
 
 def test_numpy_scalars_travel_as_numbers() -> None:
