@@ -104,10 +104,10 @@ def test_a_process_that_is_killed_before_it_takes_a_frame_has_not_compiled_in_va
     assert compiled.keys() <= kernels(kernel_cache).keys()
 
 
-def test_a_run_after_warming_compiles_nothing(tmp_path: Path, kernel_cache: Path) -> None:
-    shutil.copytree(kernel_cache, tmp_path, ignore=shutil.ignore_patterns("kernels"), dirs_exist_ok=True)
-    assert warm(tmp_path).wait() == 0
+def test_a_run_after_warming_compiles_nothing(tmp_path: Path, demo: Path) -> None:
+    shutil.copytree(demo / "cache", tmp_path, dirs_exist_ok=True)
     warmed = kernels(tmp_path)
+    assert warmed
     for options in ({}, {"quality": "fast"}, {"quality": "path", "samples": 1}):
         run = MINIROOM.replace("Path(sys.argv[1]))", f"Path(sys.argv[1]), {options})")
         assert run != MINIROOM
@@ -115,22 +115,16 @@ def test_a_run_after_warming_compiles_nothing(tmp_path: Path, kernel_cache: Path
         assert kernels(tmp_path) == warmed
 
 
-def test_kernels_are_the_same_for_any_number_of_threads(tmp_path: Path, kernel_cache: Path) -> None:
+def test_kernels_are_the_same_for_any_number_of_threads_and_whether_or_not_taichis_front_end_is_hastened(
+    tmp_path: Path, kernel_cache: Path
+) -> None:
     cache = tmp_path / "cache"
     shutil.copytree(kernel_cache, cache)
     before = kernels(cache)
-    for threads in ("1", "3"):
-        command = [sys.executable, "-c", WARM, str(cache)]
+    for threads, script in (("1", WARM), ("3", WITHOUT_HASTE)):
+        command = [sys.executable, "-c", script, str(cache)]
         subprocess.run(command, env={**os.environ, "TI_CPU_MAX_NUM_THREADS": threads}, check=True)
-    assert kernels(cache) == before, "workers of few threads find those of a machine with many"
-
-
-def test_kernels_are_the_same_whether_or_not_taichis_front_end_is_hastened(tmp_path: Path, kernel_cache: Path) -> None:
-    cache = tmp_path / "cache"
-    shutil.copytree(kernel_cache, cache)
-    before = kernels(cache)
-    assert warm(cache, WITHOUT_HASTE).wait() == 0
-    assert kernels(cache) == before
+        assert kernels(cache) == before, "workers of few threads find those of a machine with many"
 
 
 def test_the_lock_of_a_process_that_was_killed_while_it_wrote_is_taken_away(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ _started: str | None = None
 
 def default_cache_dir() -> Path:
     """Return the folder in which compiled kernels, trees and irradiance are kept between runs."""
-    return cache_dir() / "sim_taichi"
+    return cache_dir()
 
 
 def start(device: str, cache_dir: Path) -> None:
