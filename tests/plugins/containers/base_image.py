@@ -25,7 +25,7 @@ _UNUSED = shutil.ignore_patterns(
 )  # fmt: skip
 _NEEDED = """\
 import json, sys
-import benchbot.api, benchbot.core.results, jsonschema
+import benchbot.api, benchbot.core.results, jsonschema, numpy
 files = {name.split(".")[0]: getattr(module, "__file__", None) for name, module in sys.modules.items()}
 print(json.dumps(sorted(name for name, file in files.items() if file and "site-packages" in file)))
 """
