@@ -83,17 +83,12 @@ def test_what_one_node_in_many_finds_leaves_no_spots(tmp_path: Path, kernel_cach
     room.box("room", (-1, -1, 0), (1, 1, 2), room.material((0.5,) * 3), inward=True)
     glowing = room.material((0.0,) * 3, emission=(50.0,) * 3)
     room.box("lamp", (-0.02, 0.90, 0.98), (0.02, 0.94, 1.02), glowing)
-    renderer = Renderer(load_scene(room.write(tmp_path / "room.glb")), rooms.NIGHT, cache_dir=kernel_cache)
-    scene, near = renderer.scene, renderer.near_lights
-    direct = lightmap.light_directly(scene, renderer.device, near, 0)
-    straight = _ti.download(direct.raw).reshape(direct.found.count, -1)[:, 0].copy()
 
-    stored = lightmap.bake(scene, renderer.device, _cells(renderer), near, direct, 0)
+    positions, _, straight, stored = _lit_by_night(room.write(tmp_path / "room.glb"), kernel_cache)
 
-    positions, _ = direct.found.places_in(scene)
     opposite = (positions[:, 1] < -0.999) & (np.abs(positions[:, [0, 2]] - (0.0, 1.0)).max(axis=1) < 0.6)
     x, z = (positions[opposite][:, [0, 2]] - (0.0, 1.0)).T
-    indirect = (_red(stored) - straight)[opposite]
+    indirect = (stored - straight)[opposite]
     evenly = np.column_stack([np.ones_like(x), x, z, x * x, x * z, z * z])
     spots = np.abs(indirect - evenly @ np.linalg.lstsq(evenly, indirect, rcond=None)[0]) / indirect.mean()
     assert len(spots) > 2000
@@ -107,18 +102,13 @@ def test_a_wall_keeps_its_light_beside_what_stands_before_it(tmp_path: Path, ker
     black.box("wall", (-0.6, 0, 0), (0.6, 0.1, 1.2), black.material((0.0,) * 3))
     black.box("chest", (-0.3, -0.02, 0.3), (0.3, -0.01, 0.9), black.material((0.0,) * 3))
     black.box("lamp", (-0.05, -1.1, 0.55), (0.05, -1.0, 0.65), black.material((0.0,) * 3, emission=(1.0,) * 3))
-    renderer = Renderer(load_scene(black.write(tmp_path / "wall.glb")), rooms.NIGHT, cache_dir=kernel_cache)
-    scene, near = renderer.scene, renderer.near_lights
-    direct = lightmap.light_directly(scene, renderer.device, near, 0)
-    raw = _ti.download(direct.raw).reshape(direct.found.count, -1)[:, 0].copy()
 
-    stored = lightmap.bake(scene, renderer.device, _cells(renderer), near, direct, 0)
+    positions, normals, raw, stored = _lit_by_night(black.write(tmp_path / "wall.glb"), kernel_cache)
 
-    positions, normals = direct.found.places_in(scene)
     beyond_m = np.abs(positions[:, [0, 2]] - (0.0, 0.6)).max(axis=1) - 0.3
     beside = (normals[:, 1] < -0.9) & (np.abs(positions[:, 1]) < 1e-3) & (beyond_m > 0.02) & (beyond_m < 0.05)
     assert beside.sum() > 80
-    assert _red(stored)[beside].sum() == pytest.approx(raw[beside].sum(), rel=0.1)
+    assert stored[beside].sum() == pytest.approx(raw[beside].sum(), rel=0.1)
 
 
 def test_what_cells_mix_hardly_shows_in_the_light_of_points(tmp_path: Path, kernel_cache: Path) -> None:
@@ -148,3 +138,13 @@ def _cells(renderer: Renderer, gain: float = 1.0) -> lightmap.Cells:
 def _red(stored: lightmap.Lightmap) -> np.ndarray:
     """Irradiance of red at each node: exponent and eight bits of the fraction, in the lower half of the first word."""
     return ((_ti.download(stored.light)[::2].astype(np.uint32) & 0xFFFF) << 15).view(np.float32)
+
+
+def _lit_by_night(scene_path: Path, cache: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Positions and normals (N, 3) of nodes, their raw red straight from lamps, and all that is kept."""
+    renderer = Renderer(load_scene(scene_path), rooms.NIGHT, cache_dir=cache)
+    scene, near = renderer.scene, renderer.near_lights
+    direct = lightmap.light_directly(scene, renderer.device, near, 0)
+    straight = _ti.download(direct.raw).reshape(direct.found.count, -1)[:, 0].copy()
+    stored = lightmap.bake(scene, renderer.device, _cells(renderer), near, direct, 0)
+    return *direct.found.places_in(scene), straight, _red(stored)

@@ -303,7 +303,7 @@ def test_panes_that_show_the_sky_are_windows_and_glasses_are_not(tmp_path: Path,
 
 def test_the_light_is_worked_out_alike_every_time(tmp_path: Path, kernel_cache: Path) -> None:
     scene = load_scene(rooms.furnished_room(tmp_path / "room.glb"))
-    scene = replace(scene, vertices=scene.vertices / 2)  # a quarter as many points, twelve times
+    scene = replace(scene, vertices=scene.vertices / np.float32(2))  # a quarter as many points, twelve times
     renderer = Renderer(scene, Lighting(), cache_dir=kernel_cache)
 
     solved = {irradiance.solve(renderer.scene, renderer.device, seed=3)[0].cells.tobytes() for _ in range(12)}

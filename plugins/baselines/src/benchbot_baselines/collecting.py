@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchbot.mapping import CLASS_LIST
-from benchbot.plugin import BenchbotError, write_atomically
+from benchbot.plugin import BenchbotError, cache_dir, write_atomically
 from benchbot.process import processors
 from benchbot_baselines.places import LIGHTS, Place, draw_views, furnish, light_of
 
@@ -171,7 +171,7 @@ def _renderer(place: Place, light: str, settings: Settings, device: str, scratch
     from benchbot_sim_taichi.quality import QUALITIES
     from benchbot_sim_taichi.renderer import Renderer
 
-    kept = _ti.default_cache_dir()
+    kept = cache_dir()
     _ti.start(device, kept)
     # Processes that the renderer starts look there for their kernels.
     (scratch / "kernels").symlink_to(kept / "kernels", target_is_directory=True)

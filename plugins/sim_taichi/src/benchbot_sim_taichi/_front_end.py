@@ -38,10 +38,10 @@ def importing() -> Iterator[None]:
     find_out = inspect.getframeinfo
 
     def frame_info(frame: FrameType | TracebackType, context: int = 1) -> inspect.Traceback:
-        inner: FrameType | None = sys._getframe(1)
-        asks = sys._getframe(1).f_globals.get("__name__")
-        if asks != "taichi.lang.kernel_impl" or not isinstance(frame, FrameType):
+        asking = sys._getframe(1)
+        if asking.f_globals.get("__name__") != "taichi.lang.kernel_impl" or not isinstance(frame, FrameType):
             return find_out(frame, context)
+        inner: FrameType | None = asking
         while inner is not None and inner.f_back is not frame:
             inner = inner.f_back
         line = "class " if inner is not None and "__qualname__" in inner.f_locals else ""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, cache_dir
+from benchbot.plugin import BenchbotError
 from benchbot.process import processors
 from benchbot_sim_taichi import _cuda, _float_mode, _front_end, kernel_cache
 
@@ -37,11 +37,6 @@ THREADS = "TI_CPU_MAX_NUM_THREADS"
 _SHORT_NAMES = {"float32": "f32", "float64": "f64", "int32": "i32", "uint8": "u8", "uint32": "u32"}
 _NAMES = {getattr(ti, short): name for name, short in _SHORT_NAMES.items()}
 _started: str | None = None
-
-
-def default_cache_dir() -> Path:
-    """Return the folder in which compiled kernels, trees and irradiance are kept between runs."""
-    return cache_dir()
 
 
 def start(device: str, cache_dir: Path) -> None:

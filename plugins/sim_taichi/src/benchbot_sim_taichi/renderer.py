@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from benchbot.plugin import cache_dir as users_cache_dir
 from benchbot_scenes.scene import SceneGeometry
 from benchbot_sim_taichi import (
     _ti,
@@ -57,7 +58,7 @@ class Renderer:
         seed: int = 0,
         quality: Quality = REALTIME,
     ) -> None:
-        cache_dir = cache_dir or _ti.default_cache_dir()
+        cache_dir = cache_dir or users_cache_dir()
         _ti.start(device, cache_dir)
         self._buffers: dict[str, tuple[int, Any]] = {}
         self._scratch = _ti.Scratch()

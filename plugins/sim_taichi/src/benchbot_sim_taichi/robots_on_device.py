@@ -7,7 +7,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from benchbot.plugin import BenchbotError, Scene
+from benchbot.plugin import BenchbotError, Scene, cache_dir
 from benchbot.simulation import PICTURES, ActionNumbers, KinematicRobots, Laser, Poses
 from benchbot_scenes.obstacle_map import EdgeGrid
 from benchbot_sim_taichi import _ti
@@ -62,7 +62,7 @@ class TracedRobots(KinematicRobots):
         """As of `KinematicRobots`."""
         if self._noisy or not len(robots):
             return super().execute(robots, straight, arguments)
-        _ti.start(self._simulator.world.device.kind, self._simulator.spec.cache_dir or _ti.default_cache_dir())
+        _ti.start(self._simulator.world.device.kind, self._simulator.spec.cache_dir or cache_dir())
         from benchbot_sim_taichi.kernels import motion as kernels
 
         self._notice_changes(robots)
