@@ -47,6 +47,22 @@ def furnished_room(path: Path, pane_color: tuple[float, float, float] = (0.85, 0
     return glb.write(path)
 
 
+def short_corridor(path: Path, roughness: float) -> Path:
+    """A corridor of 1.2 x 3 x 2 m, lit through a pane that closes it towards y = 3."""
+    glb = Glb()
+    plaster = glb.material((0.8,) * 3, roughness=roughness)
+    for name, low, high in (
+        ("floor", (-0.1, -0.1, -0.1), (1.3, 3.0, 0.0)),
+        ("ceiling", (-0.1, -0.1, 2.0), (1.3, 3.0, 2.1)),
+        ("west", (-0.1, 0.0, 0.0), (0.0, 3.0, 2.0)),
+        ("east", (1.2, 0.0, 0.0), (1.3, 3.0, 2.0)),
+        ("south", (0.0, -0.1, 0.0), (1.2, 0.0, 2.0)),
+    ):
+        glb.box(name, low, high, plaster)
+    glb.box("pane", (0.0, 2.95, 0.0), (1.2, 2.96, 2.0), glb.material((1.0,) * 3, glass=True, roughness=0.0))
+    return glb.write(path)
+
+
 def lit_box(path: Path, albedo: float, radiance: float, radius: float, width: float) -> Path:
     """A closed cube with a spherical lamp in its middle."""
     glb = Glb()

@@ -7,6 +7,7 @@ import pytest
 
 from benchbot_scenes.gltf import load_scene
 from benchbot_sim_taichi import _ti, charts, lightmap
+from benchbot_sim_taichi.kernels.lightmap import LIGHT_WORDS
 from benchbot_sim_taichi.renderer import Renderer
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE
 from plugins.sim_taichi.tests import rooms
@@ -137,7 +138,7 @@ def _cells(renderer: Renderer, gain: float = 1.0) -> lightmap.Cells:
 
 def _red(stored: lightmap.Lightmap) -> np.ndarray:
     """Irradiance of red at each node: exponent and eight bits of the fraction, in the lower half of the first word."""
-    return ((_ti.download(stored.light)[::2].astype(np.uint32) & 0xFFFF) << 15).view(np.float32)
+    return ((_ti.download(stored.light)[::LIGHT_WORDS].astype(np.uint32) & 0xFFFF) << 15).view(np.float32)
 
 
 def _lit_by_night(scene_path: Path, cache: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

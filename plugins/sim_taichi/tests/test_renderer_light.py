@@ -243,6 +243,24 @@ def test_small_brass_things_have_no_black_pixels(tmp_path: Path, kernel_cache: P
     assert knobs.min() > 0.8 * np.median(knobs)
 
 
+@pytest.mark.parametrize(("yaw_deg", "name"), [(65.0, "towards the window"), (-65.0, "away from it")])
+def test_dull_walls_are_brighter_in_the_direction_that_light_comes_from(
+    tmp_path: Path, kernel_cache: Path, yaw_deg: float, name: str
+) -> None:
+    """As if light came from all around, they would be darker by 6 % towards the window, and brighter away from it."""
+    scene = load_scene(rooms.short_corridor(tmp_path / "corridor.glb", roughness=0.6))
+    lighting = Lighting(sun=Sun(irradiance=(0.0,) * 3), exposure=0.5)
+    renderer = Renderer(scene, lighting, cache_dir=kernel_cache)
+    pose = looking((0.3, 1.5, 1.0), yaw_deg)
+
+    picture = renderer.render(pose, SMALL)
+    paths = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=128))
+
+    east = picture.instance == [instance.name for instance in scene.instances].index("east") + 1
+    assert east.mean() > 0.3
+    assert picture.rgb[east].mean() == pytest.approx(paths[east].mean(), rel=0.015)
+
+
 def test_a_picture_throws_its_narrow_shadow_on_the_wall(tmp_path: Path, kernel_cache: Path) -> None:
     """It is 3 cm thick; the shadow below it, of a lamp above, is about as wide, and has four rows of pixels."""
     renderer = Renderer(load_scene(rooms.picture_on_a_wall(tmp_path / "wall.glb")), rooms.NIGHT, cache_dir=kernel_cache)

@@ -15,7 +15,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 20
+VERSION = 21
 NODES_AT_ONCE = 2**17
 ROUNDS = ((8, 5, 1), (24, 16, 0))
 """Rays and patches per node, and whether cells say what surfaces send on by way of others. The second round asks the
@@ -25,14 +25,14 @@ NEAR_STEPS = ((1, 0.07, 0), (2, 0.1, 1), (4, 0.05, 1))
 What lies behind furniture would else take light from what is seen beside it; but a node's own light is noise at first,
 by which half-shadows would be torn."""
 FAR_STEPS = ((2, 0.1, 0), (4, 0.1, 0))  # the same of light from afar, which changes slowly
-CHANCE_STEPS = ((1, 0.1, 1), (2, 0.1, 1), (4, 0.1, 1), (8, 0.1, 1))  # the same of what nodes have found by chance
+CHANCE_STEPS = ((1, 0.1, 1), (2, 0.1, 1), (4, 0.1, 1), (8, 0.1, 1))  # of what is found by chance, and light vectors
 LOOSE_ROUNDS = 3
 CLUSTER_M = 0.5
 
 
 @dataclass(frozen=True)
 class Lightmap:
-    """`places` and `index` of `charts`, and the `light` of its nodes (two words each), as kernels read them."""
+    """`places` and `index` of `charts`, and the `light` of its nodes (three words each), as kernels read them."""
 
     places: Any
     index: Any
@@ -100,7 +100,7 @@ def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int)
 def none(scene: SceneGeometry) -> Lightmap:
     """Return a light in which no surface of a scene is lit."""
     places = np.full((len(scene.triangles), 2, charts.PLACE_STRIDE), -1.0, np.float32)
-    return Lightmap(_ti.upload(places.ravel()), _ti.upload(np.full(1, -1, np.int32)), _ti.upload(np.zeros(2, np.int32)))
+    return Lightmap(_ti.upload(places.ravel()), _ti.upload(np.full(1, -1, np.int32)), _ti.upload(np.zeros(3, np.int32)))
 
 
 def light_directly(scene: SceneGeometry, device: DeviceScene, near: Any, seed: int) -> DirectLight:
@@ -110,7 +110,7 @@ def light_directly(scene: SceneGeometry, device: DeviceScene, near: Any, seed: i
 
     found = charts.find(scene)
     count = found.count
-    light = _ti.upload(np.zeros(max(2 * count, 2), np.int32))
+    light = _ti.upload(np.zeros(3 * max(count, 1), np.int32))
     direct = DirectLight(
         lightmap=Lightmap(_ti.upload(found.places), _ti.upload(found.index), light),
         found=found,

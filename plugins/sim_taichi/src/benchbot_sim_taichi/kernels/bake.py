@@ -1,10 +1,11 @@
 # mypy: ignore-errors
 """Light at the nodes of surfaces, by rays.
 
-A node's raw light is 15 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
+A node's raw light is 18 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
 `NEAR_M`, and by way of all others, how much of the hemisphere those others fill (1: all), the share of the sun that is
-seen, how much the node counts (next to nothing inside of solids), and irradiance that it has found by chance: of what
-is small and bright one node in many meets a point, and would be a bright spot.
+seen, how much the node counts (next to nothing inside of solids), irradiance that it has found by chance (of what is
+small and bright one node in many meets a point, and would be a bright spot), and the light vector along the surface
+(Gershun, "The light field", 1939): directions to all that it has found, times the sum of the three colours from there.
 
 Each of 8 x 8 nodes of a chart takes a stratum of its own of each ray, so that an average over neighbours is one over
 well spread rays (interleaved sampling: Keller and Heidrich, 2001).
@@ -35,7 +36,7 @@ from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
 
-RAW_STRIDE = 15
+RAW_STRIDE = 18
 PI = 3.14159265
 NEAR_M = 0.5
 NEAR_SUN_M = 0.1  # a sill in the sun is small, and so bright that rays which meet it by chance are spots
@@ -115,6 +116,7 @@ def light_directly(
         row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
         shut_in = 0
         direct = vec3(0.0)
+        vector = vec3(0.0)
         sun = 0.0
         for k in range(PROBES + DIRECT_RAYS * 2 + SUN_RAYS):
             ray = k - PROBES
@@ -186,10 +188,14 @@ def light_directly(
                         # Both ways to find a lamp, weighed by how likely each was (Veach and Guibas, 1995).
                         chosen, met = DIRECT_RAYS * likely, PROBES * cosine / PI
                         share *= ti.select(kind == PROBE, met, chosen) / ti.max(chosen + met, 1e-20)
-                    direct += passed.share * value * share
+                    found = passed.share * value * share
+                    direct += found
+                    vector += toward * found.sum()
+        vector = vector - here.normal * vector.dot(here.normal)
         for i in ti.static(range(3)):
             raw[at + i] = direct[i]
-        for i in ti.static(range(3, RAW_STRIDE)):
+            raw[at + 15 + i] = vector[i]
+        for i in ti.static(range(3, 15)):
             raw[at + i] = 0.0
         raw[at + 9] = 1.0
         raw[at + 10] = sun
@@ -289,6 +295,7 @@ def gather(
         open_share = 0.0
         backs = 0.0
         blocked = 0.0
+        vector = vec3(0.0)
         brightest = vec3(0.0)
         is_brightest_far = False
         was_hidden = raw[at + 11] != 1.0
@@ -345,6 +352,7 @@ def gather(
                     far_light += radiance
                 else:
                     near_light += radiance
+                vector += toward * radiance.sum()
                 if radiance.max() > brightest.max():
                     brightest = radiance
                     is_brightest_far = is_far
@@ -357,6 +365,7 @@ def gather(
         else:
             near_light = near_light - by_chance
         by_chance *= scale / INV_PI
+        vector *= scale / INV_PI
         near_patches = vec3(0.0)
         far_patches = vec3(0.0)
         largest = vec3(0.0)
@@ -392,6 +401,7 @@ def gather(
                         near_patches += found
                     else:
                         far_patches += found
+                    vector += toward * found.sum()
                     if found.max() > largest.max():
                         largest = found
                         is_largest_near = distance < NEAR_M
@@ -403,11 +413,13 @@ def gather(
         else:
             far_patches = far_patches - largest
         by_chance += largest
+        vector = vector - here.normal * vector.dot(here.normal)
         is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         for i in ti.static(range(3)):
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI) + near_patches[i]
             raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + far_patches[i]
             raw[at + 12 + i] = by_chance[i]
+            raw[at + 15 + i] += vector[i]
         raw[at + 9] = open_share * scale
         # A node that is no chart's may lie between two shells of a thing, and lattices of the outer one share it.
         is_between = charted[node * NODE_STRIDE] < 0 and open_share == 0.0
@@ -419,5 +431,6 @@ def gather(
                 raw[at + 3 + i] = 0.0
                 raw[at + 6 + i] = 0.0
                 raw[at + 12 + i] = 0.0
+                raw[at + 15 + i] = 0.0
             raw[at + 9] = 0.0
             raw[at + 11] = HIDDEN_WEIGHT

@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Surfaces, their stored light and what they send to the viewer, for sixteen hits at once: a lane each.
 
-The same as `surface`, `lightmap.stored_light`, `reflectance.environment_brdf` and `shading.shade`, for processors.
+The same as `surface`, `lightmap.stored_light`, `reflectance.environment_brdf` and `shading`, for processors.
 Neighbouring hits mostly share a triangle and nearly always a material: a record is read once for all lanes that it is
 for, and lanes without a triangle (-1) take part in nothing.
 """
@@ -31,8 +31,9 @@ from benchbot_sim_taichi.kernels.lanes import (
     union,
     vec16,
 )
-from benchbot_sim_taichi.kernels.lightmap import DIFFERENT_SUN, SUN_STEPS
+from benchbot_sim_taichi.kernels.lightmap import DIFFERENT_SUN, LIGHT_WORDS, SUN_STEPS, VECTOR_STEPS
 from benchbot_sim_taichi.kernels.reflectance import INV_PI
+from benchbot_sim_taichi.kernels.shading import EVER_LESS, LESS_FACING
 from benchbot_sim_taichi.kernels.surface import GRAZING, LEAST_FACING, POINTS, load3
 from benchbot_sim_taichi.lights import ALBEDO_AT
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS
@@ -75,6 +76,7 @@ class LaneLight:
     irradiance: Lanes3
     sun: vec16
     is_sun_edge: ints16
+    vector: Lanes3
 
 
 @ti.func
@@ -329,11 +331,12 @@ def stored_lights(
     entry = to_ints(larger(first, vec16(0.0))) + ti.select(first >= 0.0, to_ints(y0) * columns + to_ints(x0), ints16(0))
     below = ti.select(first >= 0.0, entry + columns, entry)
     beside = ti.select(first >= 0.0, ints16(1), ints16(0))
-    stored = LaneLight(irradiance=lanes3(ti.Vector([0.0, 0.0, 0.0])), sun=vec16(0.0), is_sun_edge=ints16(0))
+    nothing = lanes3(ti.Vector([0.0, 0.0, 0.0]))
+    stored = LaneLight(irradiance=nothing, sun=vec16(0.0), is_sun_edge=ints16(0), vector=nothing)
     lowest, highest = vec16(1.0), vec16(0.0)
     for k in range(4):
         node = gather_ints(index, ti.select(k > 1, below, entry) + beside * (k % 2))
-        node = ti.select(node < 0, ints16(0), node) * 2
+        node = ti.select(node < 0, ints16(0), node) * LIGHT_WORDS
         weight = ti.select(k % 2 == 1, across, 1.0 - across) * ti.select(k > 1, down, 1.0 - down) * known
         red_green = gather_ints(light, node)
         blue_sun = gather_ints(light, node + 1)
@@ -345,6 +348,13 @@ def stored_lights(
         lowest = smaller(lowest, sun)
         highest = larger(highest, sun)
         stored.is_sun_edge |= (blue_sun >> 31) & 1
+        packed = gather_ints(light, node + 2)
+        stored.vector.x += weight * to_floats(packed & 0x3FF)
+        stored.vector.y += weight * to_floats((packed >> 10) & 0x3FF)
+        stored.vector.z += weight * to_floats(packed >> 20)
+    stored.vector.x = stored.vector.x * (1.0 / VECTOR_STEPS) - 1.0
+    stored.vector.y = stored.vector.y * (1.0 / VECTOR_STEPS) - 1.0
+    stored.vector.z = stored.vector.z * (1.0 / VECTOR_STEPS) - 1.0
     differs = ti.select(highest - lowest > DIFFERENT_SUN, ints16(1), ints16(0))
     stored.is_sun_edge = ti.select(first >= 0.0, stored.is_sun_edge | differs, ints16(0))
     return stored
@@ -370,6 +380,15 @@ def mirrored_shares(env: ti.template(), direction: ti.template(), surface: ti.te
     return Lanes3(
         x=surface.specular.x * scale + bias, y=surface.specular.y * scale + bias, z=surface.specular.z * scale + bias
     )
+
+
+@ti.func
+def dull_reflections(direction: ti.template(), surface: ti.template(), stored: ti.template()):
+    """See `shading.dull_reflection`."""
+    cosine = larger(0.0 - dot3(surface.normal, direction), vec16(0.0))
+    lean = 1.0 - surface.roughness * (surface.roughness * EVER_LESS + cosine * LESS_FACING)
+    ahead = larger(1.0 + lean * dot3(stored.vector, direction), vec16(0.0))
+    return scaled3(stored.irradiance, ahead * ahead * ahead * ahead * INV_PI)
 
 
 @ti.func

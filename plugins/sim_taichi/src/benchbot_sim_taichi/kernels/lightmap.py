@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""Light that is kept at the nodes of surfaces, looked up. A node has two words, see `bake.finish`."""
+"""Light that is kept at the nodes of surfaces, looked up. A node has three words, see `smoothing.finish`."""
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.charts import PLACE_STRIDE
@@ -10,7 +10,9 @@ from benchbot_sim_taichi.kernels.traversal import FAR, vec3
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
 
 OFFSET_M = 5e-4
+LIGHT_WORDS = 3
 SUN_STEPS = 32767.0
+VECTOR_STEPS = 511.0
 DIFFERENT_SUN = 0.02
 SUN_PROBES = 4
 SUN_RAYS = 8
@@ -18,11 +20,15 @@ SUN_RAYS = 8
 
 @ti.dataclass
 class StoredLight:
-    """Irradiance without the sun's, the share of the sun that is seen, and whether a ray would know it better."""
+    """Irradiance without the sun's, the share of the sun that is seen, and whether a ray would know it better.
+
+    `vector` is the light vector along the surface, as a part of irradiance: where most of it comes from.
+    """
 
     irradiance: vec3
     sun: ti.f32
     is_sun_edge: ti.i32
+    vector: vec3
 
 
 @ti.func
@@ -32,7 +38,7 @@ def stored_light(
     """Blend the nodes around a hit, of the side of its triangle that `face` (towards the viewer) is the normal of."""
     back = ti.cast(load3(triangles, hit.triangle * TRIANGLE_STRIDE + 15).dot(face) < 0.0, ti.i32)
     at = (hit.triangle * 2 + back) * PLACE_STRIDE
-    stored = StoredLight(irradiance=vec3(0.0), sun=0.0, is_sun_edge=0)
+    stored = StoredLight(irradiance=vec3(0.0), sun=0.0, is_sun_edge=0, vector=vec3(0.0))
     first = places[at]
     if first >= 0.0:
         width = ti.cast(places[at + 1], ti.i32)
@@ -47,7 +53,7 @@ def stored_light(
         lowest = 1.0
         highest = 0.0
         for k in ti.static(range(4)):
-            node = ti.max(index[entry + (k & 1) + (k >> 1) * width], 0) * 2
+            node = ti.max(index[entry + (k & 1) + (k >> 1) * width], 0) * LIGHT_WORDS
             weight = across if ti.static(k & 1) else 1.0 - across
             weight *= down if ti.static(k >> 1) else 1.0 - down
             red_green = light[node]
@@ -63,6 +69,13 @@ def stored_light(
             lowest = ti.min(lowest, sun)
             highest = ti.max(highest, sun)
             stored.is_sun_edge |= (blue_sun >> 31) & 1
+            packed = light[node + 2]
+            stored.vector += weight * vec3(
+                ti.cast(packed & 0x3FF, ti.f32),
+                ti.cast((packed >> 10) & 0x3FF, ti.f32),
+                ti.cast(packed >> 20, ti.f32),
+            )
+        stored.vector = stored.vector / VECTOR_STEPS - 1.0
         stored.is_sun_edge |= ti.cast(highest - lowest > DIFFERENT_SUN, ti.i32)
     return stored
 

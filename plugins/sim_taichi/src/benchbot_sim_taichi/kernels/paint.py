@@ -18,8 +18,8 @@ from benchbot_sim_taichi.kernels.camera import camera_origin, camera_ray, locate
 from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
-from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
-from benchbot_sim_taichi.kernels.shading import compress, mirrored_share, shade
+from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
+from benchbot_sim_taichi.kernels.shading import compress, dull_reflection, mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
@@ -158,7 +158,7 @@ def paint(
                         sun_edge = stored.is_sun_edge
                         mirrored = mirrored_share(env, direction, surface.normal, surface)
                         kind = ROUGH
-                        reflection = stored.irradiance * INV_PI
+                        reflection = dull_reflection(direction, surface, stored)
                         if surface.roughness < REFLECT_ROUGHNESS:
                             kind = ti.select(surface.roughness <= MIRROR_ROUGHNESS, MIRROR, GLOSSY)
                             if mirrored.max() < FAINT_SHARE * surface.diffuse.max():

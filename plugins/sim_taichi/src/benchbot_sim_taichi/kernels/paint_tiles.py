@@ -2,7 +2,7 @@
 """What `paint` does, on a processor: the pixels of a square of 4 x 4 in the lanes of vectors (`lane_shading`).
 
 The samples of edges, too: they have a shade, a kind and a mirror each, but no guide, depth or instance. Until their
-radiance is known, mirrors have what the light of their surface would be if it came from all around.
+radiance is known, mirrors have what a dull surface would mirror there.
 """
 
 from benchbot_sim_taichi._ti import ti
@@ -11,6 +11,7 @@ from benchbot_sim_taichi.kernels.camera import camera_origin
 from benchbot_sim_taichi.kernels.first_hits import HITS_STRIDE, camera_rays, points_of
 from benchbot_sim_taichi.kernels.lane_shading import (
     compressed,
+    dull_reflections,
     mirrored_shares,
     shade_lanes,
     stored_lights,
@@ -49,7 +50,7 @@ from benchbot_sim_taichi.kernels.paint import (
     SUN_EDGE,
 )
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
-from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
+from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
 from benchbot_sim_taichi.kernels.surface import instance_of, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
@@ -187,9 +188,8 @@ def paint_tiles(
             most_diffuse = larger(surface.diffuse.x, larger(surface.diffuse.y, surface.diffuse.z))
             is_faint = (most_mirrored < FAINT_SHARE * most_diffuse) & (gloss != ROUGH) & (pane == 0)
             # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
-            matt = ti.select((gloss == ROUGH) | (pane != 0), vec16(INV_PI), vec16(0.0))
-            even = scaled3(stored.irradiance, vec16(INV_PI))
-            reflection = scaled3(stored.irradiance, matt)
+            even = dull_reflections(direction, surface, stored)
+            reflection = scaled3(even, ti.select((gloss == ROUGH) | (pane != 0), vec16(1.0), vec16(0.0)))
             color = shade_lanes(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
             if union(ti.select(triangle < 0, ints16(1), ints16(0))) != 0:
                 for lane in range(RAYS):

@@ -35,8 +35,8 @@ from benchbot_sim_taichi.kernels.paint import (
     gloss,
     surface_number,
 )
-from benchbot_sim_taichi.kernels.reflectance import INV_PI, pane_reflectance
-from benchbot_sim_taichi.kernels.shading import compress, expand, mirrored_share, shade
+from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
+from benchbot_sim_taichi.kernels.shading import compress, dull_reflection, expand, mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 
@@ -258,7 +258,7 @@ def seen_through(
                     sample,
                 )
                 if reflection.x < 0.0:
-                    reflection = stored.irradiance * INV_PI
+                    reflection = dull_reflection(direction, surface, stored)
                 mirrored = mirrored_share(env, direction, surface.normal, surface)
                 value = shade(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
     return value

@@ -4,7 +4,7 @@
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.charts import NODE_STRIDE
 from benchbot_sim_taichi.kernels.bake import RAW_STRIDE
-from benchbot_sim_taichi.kernels.lightmap import SUN_STEPS
+from benchbot_sim_taichi.kernels.lightmap import LIGHT_WORDS, SUN_STEPS, VECTOR_STEPS
 from benchbot_sim_taichi.kernels.traversal import floats, ints, vec3
 
 SUN_EDGE = 0.02
@@ -114,11 +114,12 @@ def finish(
     light: ints,
     count: ti.i32,
 ):
-    """Pack each node's light into two words: irradiance of red and green; of blue, the sun's share, and a bit.
+    """Pack each node's light into three words.
 
-    The bit says that a neighbour sees more or less of the sun. Light from afar is that of `wide`, by the share of the
-    hemisphere that is open in `narrow`: it changes slowly, while what hides it does not. What was found by chance is
-    that of `wide`, too.
+    They are irradiance of red and green; irradiance of blue, the sun's share, and a bit which says that a neighbour
+    sees more or less of the sun; and the light vector, as a part of irradiance. Light from afar is that of `wide`, by
+    the share of the hemisphere that is open in `narrow`: it changes slowly, while what hides it does not. What was
+    found by chance is that of `wide`, too, and so is the light vector.
     """
     for node in range(count):
         at = node * RAW_STRIDE
@@ -143,7 +144,13 @@ def finish(
             for k in range(first_link[node], first_link[node + 1]):
                 if ti.abs(narrow[links[k] * RAW_STRIDE + 10] - sun) > SUN_EDGE:
                     edge = 1
-        light[node * 2] = sixteen_bits(value.x) | sixteen_bits(value.y) << 16
-        light[node * 2 + 1] = (
+        at_light = node * LIGHT_WORDS
+        light[at_light] = sixteen_bits(value.x) | sixteen_bits(value.y) << 16
+        light[at_light + 1] = (
             sixteen_bits(value.z) | ti.cast(ti.math.clamp(sun, 0.0, 1.0) * SUN_STEPS + 0.5, ti.i32) << 16 | edge << 31
         )
+        packed = 0
+        for c in ti.static(range(3)):
+            part = ti.math.clamp(wide[at + 15 + c] / ti.max(value.sum(), 1e-9), -1.0, 1.0)
+            packed |= (ti.cast(part * VECTOR_STEPS + 0.5 + VECTOR_STEPS, ti.i32)) << (10 * c)
+        light[at_light + 2] = packed
