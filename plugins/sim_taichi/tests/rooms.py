@@ -47,10 +47,10 @@ def furnished_room(path: Path, pane_color: tuple[float, float, float] = (0.85, 0
     return glb.write(path)
 
 
-def short_corridor(path: Path, roughness: float) -> Path:
-    """A corridor of 1.2 x 3 x 2 m, lit through a pane that closes it towards y = 3."""
+def short_corridor(path: Path) -> Path:
+    """A corridor of 1.2 x 3 x 2 m of dark, dull plaster, lit through a pane that closes it towards y = 3."""
     glb = Glb()
-    plaster = glb.material((0.8,) * 3, roughness=roughness)
+    plaster = glb.material((0.3,) * 3, roughness=0.6)
     for name, low, high in (
         ("floor", (-0.1, -0.1, -0.1), (1.3, 3.0, 0.0)),
         ("ceiling", (-0.1, -0.1, 2.0), (1.3, 3.0, 2.1)),

@@ -243,22 +243,22 @@ def test_small_brass_things_have_no_black_pixels(tmp_path: Path, kernel_cache: P
     assert knobs.min() > 0.8 * np.median(knobs)
 
 
-@pytest.mark.parametrize(("yaw_deg", "name"), [(65.0, "towards the window"), (-65.0, "away from it")])
+@pytest.mark.parametrize(("y", "yaw_deg"), [(0.4, 75.0), (2.6, -75.0)], ids=["towards the window", "away from it"])
 def test_dull_walls_are_brighter_in_the_direction_that_light_comes_from(
-    tmp_path: Path, kernel_cache: Path, yaw_deg: float, name: str
+    tmp_path: Path, kernel_cache: Path, y: float, yaw_deg: float
 ) -> None:
-    """As if light came from all around, they would be darker by 6 % towards the window, and brighter away from it."""
-    scene = load_scene(rooms.short_corridor(tmp_path / "corridor.glb", roughness=0.6))
+    """As if light came from all around, this wall would be a sixth darker towards the window, 8 % brighter away."""
+    scene = load_scene(rooms.short_corridor(tmp_path / "corridor.glb"))
     lighting = Lighting(sun=Sun(irradiance=(0.0,) * 3), exposure=0.5)
     renderer = Renderer(scene, lighting, cache_dir=kernel_cache)
-    pose = looking((0.3, 1.5, 1.0), yaw_deg)
+    pose = looking((0.4, y, 1.0), yaw_deg)
 
     picture = renderer.render(pose, SMALL)
     paths = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=128))
 
     east = picture.instance == [instance.name for instance in scene.instances].index("east") + 1
     assert east.mean() > 0.3
-    assert picture.rgb[east].mean() == pytest.approx(paths[east].mean(), rel=0.015)
+    assert picture.rgb[east].mean() == pytest.approx(paths[east].mean(), rel=0.03)
 
 
 def test_a_picture_throws_its_narrow_shadow_on_the_wall(tmp_path: Path, kernel_cache: Path) -> None:

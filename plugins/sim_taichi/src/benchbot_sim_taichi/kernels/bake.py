@@ -30,7 +30,7 @@ from benchbot_sim_taichi.kernels.sampling import (
     interleave_index,
     sobol_2d,
 )
-from benchbot_sim_taichi.kernels.shading import mirrored_share
+from benchbot_sim_taichi.kernels.shading import ahead, mirrored_share
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
@@ -330,19 +330,23 @@ def gather(
                 elif end.hit.triangle >= 0:
                     stored = stored_light(places, index, light, triangles, end.hit, surface.face)
                     total = stored.irradiance
+                    mirrored = stored.irradiance * ahead(end.direction, surface, stored.vector)
                     if end.mirrors > 0 or end.hit.t < NEAR_SUN_M:
                         sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         total += sunlight
                         if end.mirrors > 0:
                             highlight = sunlight / end.likely * mirrored_sun(env, end.direction, surface)
                             radiance += surface.emission + highlight
+                        else:
+                            mirrored += sunlight
                     if adds_cells == 1:
                         point = end.origin + end.direction * end.hit.t
                         distance = ti.select(end.mirrors > 0, FAR, end.hit.t)
                         cell = cell_met(grid, cells, layout, point, surface.face, distance)
                         if cell >= 0:
                             total += load3(cells, cell * CELL_STRIDE + 9)
-                    radiance += (surface.diffuse * end.matt + end.evenly) * total * INV_PI
+                            mirrored += load3(cells, cell * CELL_STRIDE + 9)
+                    radiance += (surface.diffuse * end.matt * total + end.evenly * mirrored) * INV_PI
                     radiance *= end.share
                 elif portals == 0 or end.panes == 0 or end.mirrors > 0 or is_near_pane:
                     is_far = not is_near_pane

@@ -4,6 +4,7 @@
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M
+from benchbot_sim_taichi.kernels.paint import REFLECT_ROUGHNESS
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sheerness
 from benchbot_sim_taichi.kernels.reflectance import mirror_direction, mirror_share, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import draw
@@ -29,9 +30,9 @@ class Arrival:
     """Where a ray ends: the hit and the ray's last stretch, the share of light that comes from there.
 
     `first_m` is the distance to the first opaque surface, `pane_m` along the last stretch to its last pane. Of the
-    light on a surface `matt` is sent on by its matt lobe, besides the colour of that, and `evenly` is mirrored light
-    that counts as spread evenly. `likely` is how likely the ray was to end there and not to be mirrored, which `matt`
-    counts in. `is_inside`: the ray came from within a solid.
+    light on a surface `matt` is sent on by its matt lobe, besides the colour of that, and `evenly` is mirrored without
+    a ray for it. `likely` is how likely the ray was to end there and not to be mirrored, which `matt` counts in.
+    `is_inside`: the ray came from within a solid.
     """
 
     hit: Hit
@@ -74,8 +75,9 @@ def follow(
 ):
     """Return where a ray ends, and the surface there if it meets one.
 
-    Panes and surfaces mirror it by chance (`number`), surfaces by their upper lobe, the first by `toss` (0 … 1); those
-    that it meets before `even_m` do not, and send what they would mirror evenly.
+    Panes and surfaces mirror it by chance (`number`), surfaces by their upper lobe, the first by `toss` (0 … 1). Dull
+    ones do not, nor those that it meets before `even_m`: what they mirror is known without a ray, and few would be
+    noise.
     """
     end = Arrival(
         hit=Hit(t=FAR, triangle=-1, u=0.0, v=0.0),
@@ -134,7 +136,9 @@ def follow(
                 triangles, materials, texels, images, hit.triangle, hit.u, hit.v, end.direction, footprint_m
             )
             mirrored = mirrored_share(env, end.direction, surface.normal, surface)
-            if end.is_inside == 1 or (end.mirrors == 0 and hit.t < even_m) or end.mirrors == MOST_MIRRORS:
+            is_near = end.mirrors == 0 and hit.t < even_m
+            is_dull = surface.roughness >= REFLECT_ROUGHNESS
+            if end.is_inside == 1 or is_near or is_dull or end.mirrors == MOST_MIRRORS:
                 end.matt = vec3(1.0) - mirrored
                 end.evenly = mirrored
             else:

@@ -33,18 +33,24 @@ def mirrored_share(env: ti.template(), direction, normal, surface):
 
 
 @ti.func
-def dull_reflection(direction, surface, stored):
-    """Return the light (3) in which a dull surface's upper lobe lies for a viewer who looks along `direction`.
+def ahead(direction, surface, vector):
+    """Return how much brighter than on average it is where a dull surface mirrors a viewer who looks along `direction`.
 
-    Of the light around only irradiance and `stored.vector` are known. Light that grows evenly along the surface, of the
+    Of the light around only irradiance and its `vector` are known. Light that grows evenly along the surface, of the
     same vector, is brighter by four times the vector in the lobe's mean direction; the fourth power of a quarter of
     that has the same slope, is never negative, and lies closer to light from a window. `lean` is the length of the
     lobe's mean direction along the surface, in parts of the view's (GGX with a specular of 0.04: within 0.07).
     """
     cosine = ti.max(-surface.normal.dot(direction), 0.0)
     lean = 1.0 - surface.roughness * (surface.roughness * EVER_LESS + cosine * LESS_FACING)
-    ahead = ti.max(1.0 + lean * stored.vector.dot(direction), 0.0)
-    return stored.irradiance * (ahead * ahead * ahead * ahead * INV_PI)
+    root = ti.max(1.0 + lean * vector.dot(direction), 0.0)
+    return root * root * root * root
+
+
+@ti.func
+def dull_reflection(direction, surface, stored):
+    """Return the radiance (3) around a dull surface, where it mirrors a viewer who looks along `direction`."""
+    return stored.irradiance * (ahead(direction, surface, stored.vector) * INV_PI)
 
 
 @ti.func
