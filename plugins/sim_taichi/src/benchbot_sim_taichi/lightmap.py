@@ -11,6 +11,7 @@ import numpy as np
 from benchbot_scenes.scene import FloatArray, SceneGeometry
 from benchbot_sim_taichi import _ti, charts, disk_cache, light_grid, progress
 from benchbot_sim_taichi.colorimetry import LUMINANCE
+from benchbot_sim_taichi.kernels.lightmap import LIGHT_WORDS
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
@@ -100,7 +101,9 @@ def cache_key(version: int, scene: SceneGeometry, lighting: Lighting, seed: int)
 def none(scene: SceneGeometry) -> Lightmap:
     """Return a light in which no surface of a scene is lit."""
     places = np.full((len(scene.triangles), 2, charts.PLACE_STRIDE), -1.0, np.float32)
-    return Lightmap(_ti.upload(places.ravel()), _ti.upload(np.full(1, -1, np.int32)), _ti.upload(np.zeros(3, np.int32)))
+    return Lightmap(
+        _ti.upload(places.ravel()), _ti.upload(np.full(1, -1, np.int32)), _ti.upload(np.zeros(LIGHT_WORDS, np.int32))
+    )
 
 
 def light_directly(scene: SceneGeometry, device: DeviceScene, near: Any, seed: int) -> DirectLight:
@@ -110,7 +113,7 @@ def light_directly(scene: SceneGeometry, device: DeviceScene, near: Any, seed: i
 
     found = charts.find(scene)
     count = found.count
-    light = _ti.upload(np.zeros(3 * max(count, 1), np.int32))
+    light = _ti.upload(np.zeros(LIGHT_WORDS * max(count, 1), np.int32))
     direct = DirectLight(
         lightmap=Lightmap(_ti.upload(found.places), _ti.upload(found.index), light),
         found=found,
@@ -138,22 +141,22 @@ def bake(
 
     The lightmap of `direct` is overwritten.
     """
-    from benchbot_sim_taichi.kernels import bake as kernels
-    from benchbot_sim_taichi.kernels import glow
+    from benchbot_sim_taichi.kernels import glow, indirect
+    from benchbot_sim_taichi.kernels.bake import RAW_STRIDE
 
     direct = direct or light_directly(scene, device, near, seed)
     found, nodes = direct.found, direct.scattered
     count = found.count
     if count == 0:
         return direct.lightmap
-    other = _ti.upload(np.zeros(count * kernels.RAW_STRIDE, np.float32))
+    other = _ti.upload(np.zeros(count * RAW_STRIDE, np.float32))
     scene_arrays = (*device.tree, device.sheer_root, *device.surfaces, *device.lights)
     glow.find_glow(*device.surfaces, device.lights[0], *nodes, direct.raw, other, count)
     patches = _patches(scene, device, _ti.download(cells[2]), found, _ti.download(other)[: 3 * count].reshape(-1, 3))
     for number, how in enumerate(ROUNDS, 1):
         raw = _ti.upload(_ti.download(direct.raw).copy())
         for run in _runs(count, f"the simulator lights surfaces by way of others ({number} of {len(ROUNDS)})"):
-            kernels.gather(*scene_arrays, *cells, *direct.lightmap.arrays, *nodes, raw, *patches, *how, *run, seed)
+            indirect.gather(*scene_arrays, *cells, *direct.lightmap.arrays, *nodes, raw, *patches, *how, *run, seed)
         _smooth(direct, raw, other)
     _ti.save_kernels()
     return direct.lightmap
@@ -185,7 +188,7 @@ def _smooth(direct: DirectLight, raw: Any, other: Any) -> None:
 def _patches(
     scene: SceneGeometry, device: DeviceScene, layout: FloatArray, found: charts.Charts, radiance: FloatArray
 ) -> tuple[Any, Any, Any, Any, Any, int]:
-    """Return the nodes in the sun, as `kernels.bake.gather` reads them; `radiance` (N, 3) is what they send.
+    """Return the nodes in the sun, as `kernels.indirect.gather` reads them; `radiance` (N, 3) is what they send.
 
     They are gathered in clusters that are close by and face the same way. A grid as that of `light_grid`, whose lights
     the clusters are, knows which of them matter where.

@@ -4,11 +4,10 @@
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.kernels.lanes import negated
 from benchbot_sim_taichi.kernels.lightmap import OFFSET_M
-from benchbot_sim_taichi.kernels.paint import REFLECT_ROUGHNESS
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS, STEP_M, sheerness
 from benchbot_sim_taichi.kernels.reflectance import mirror_direction, mirror_share, pane_reflectance
 from benchbot_sim_taichi.kernels.sampling import draw
-from benchbot_sim_taichi.kernels.shading import mirrored_share, sun_highlight
+from benchbot_sim_taichi.kernels.shading import REFLECT_ROUGHNESS, mirrored_share, sun_highlight
 from benchbot_sim_taichi.kernels.surface import Surface, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, trace, vec3
 from benchbot_sim_taichi.tables import MATERIAL_STRIDE, TRIANGLE_STRIDE

@@ -9,7 +9,8 @@ from benchbot_sim_taichi.kernels.cell_lookup import nearest_cell
 from benchbot_sim_taichi.kernels.develop import bytes_, place_on_curve
 from benchbot_sim_taichi.kernels.first_hits import HITS_STRIDE, camera_rays, points_of
 from benchbot_sim_taichi.kernels.glance import LIFT_M, look
-from benchbot_sim_taichi.kernels.lane_shading import mirrored_shares, shade_lanes, surfaces_at
+from benchbot_sim_taichi.kernels.lane_shading import mirrored_shares, shade_lanes
+from benchbot_sim_taichi.kernels.lane_surface import surfaces_at
 from benchbot_sim_taichi.kernels.lanes import (
     Lanes3,
     absolute,

@@ -209,3 +209,9 @@ def load_ints16(array: ti.template(), at):
 def equal_lanes(lanes, value):
     """The bits of the lanes that are equal to a value."""
     return ti.select(lanes == value, ints16(LANE_BITS), ints16(0))
+
+
+@ti.func
+def normalized3(vectors: ti.template()):
+    """Unit vectors; zero stays what it is."""
+    return scaled3(vectors, 1.0 / ti.sqrt(larger(dot3(vectors, vectors), vec16(1e-18))))

@@ -19,7 +19,7 @@ from benchbot_sim_taichi.kernels.light import outlook
 from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
-from benchbot_sim_taichi.kernels.shading import compress, dull_reflection, mirrored_share, shade
+from benchbot_sim_taichi.kernels.shading import REFLECT_ROUGHNESS, compress, dull_reflection, mirrored_share, shade
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import TRIANGLE_STRIDE
@@ -28,7 +28,6 @@ GUIDE_STRIDE = 4
 SHADE_STRIDE = 4
 MIRROR_STRIDE = 17
 ROUGH, GLOSSY, MIRROR, SUN_EDGE, FAINT = 0, 1, 2, 4, 8
-REFLECT_ROUGHNESS = 0.55
 MIRROR_ROUGHNESS = 0.08
 FAINT_SHARE = 0.1  # of what a surface sends by its matt lobe
 MATERIALS = 512.0
@@ -174,7 +173,7 @@ def paint(
                             mirrors[out + 10] = hit.t
                         color = shade(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)
         if pane_t < FAR:
-            # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
+            # What is behind a pane mirrors nothing that could be told apart from what it would, were it dull.
             color = (color + even) * passed
             number = -2.0 - number
             kind = MIRROR

@@ -15,8 +15,8 @@ from benchbot_sim_taichi.kernels.lane_shading import (
     mirrored_shares,
     shade_lanes,
     stored_lights,
-    surfaces_at,
 )
+from benchbot_sim_taichi.kernels.lane_surface import surfaces_at
 from benchbot_sim_taichi.kernels.lanes import (
     Lanes3,
     bits_of,
@@ -44,13 +44,13 @@ from benchbot_sim_taichi.kernels.paint import (
     MIRROR,
     MIRROR_ROUGHNESS,
     MIRROR_STRIDE,
-    REFLECT_ROUGHNESS,
     ROUGH,
     SHADE_STRIDE,
     SUN_EDGE,
 )
 from benchbot_sim_taichi.kernels.panes import MAX_LAYERS
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
+from benchbot_sim_taichi.kernels.shading import REFLECT_ROUGHNESS
 from benchbot_sim_taichi.kernels.surface import instance_of, load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 from benchbot_sim_taichi.tables import CAMERA_STRIDE
@@ -187,7 +187,7 @@ def paint_tiles(
             most_mirrored = larger(mirrored.x, larger(mirrored.y, mirrored.z))
             most_diffuse = larger(surface.diffuse.x, larger(surface.diffuse.y, surface.diffuse.z))
             is_faint = (most_mirrored < FAINT_SHARE * most_diffuse) & (gloss != ROUGH) & (pane == 0)
-            # What is behind a pane mirrors nothing that could be told apart from light that comes from all around.
+            # What is behind a pane mirrors nothing that could be told apart from what it would, were it dull.
             even = dull_reflections(direction, surface, stored)
             reflection = scaled3(even, ti.select((gloss == ROUGH) | (pane != 0), vec16(1.0), vec16(0.0)))
             color = shade_lanes(env, direction, surface, stored.irradiance, stored.sun, mirrored, reflection)

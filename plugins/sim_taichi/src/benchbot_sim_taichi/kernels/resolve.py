@@ -28,7 +28,6 @@ from benchbot_sim_taichi.kernels.packet import RAYS
 from benchbot_sim_taichi.kernels.paint import (
     GUIDE_STRIDE,
     MIRROR_STRIDE,
-    REFLECT_ROUGHNESS,
     ROUGH,
     SHADE_STRIDE,
     SUN_EDGE,
@@ -36,7 +35,14 @@ from benchbot_sim_taichi.kernels.paint import (
     surface_number,
 )
 from benchbot_sim_taichi.kernels.reflectance import pane_reflectance
-from benchbot_sim_taichi.kernels.shading import compress, dull_reflection, expand, mirrored_share, shade
+from benchbot_sim_taichi.kernels.shading import (
+    REFLECT_ROUGHNESS,
+    compress,
+    dull_reflection,
+    expand,
+    mirrored_share,
+    shade,
+)
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, Hit, floats, ints, trace, vec3
 

@@ -7,6 +7,7 @@ from benchbot_sim_taichi.kernels.reflectance import INV_PI, environment_brdf
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import vec3
 
+REFLECT_ROUGHNESS = 0.55  # from which on surfaces are dull: no ray is sent for what they mirror
 EVER_LESS, LESS_FACING = 0.65, 0.35
 
 
