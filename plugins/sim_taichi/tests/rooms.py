@@ -63,6 +63,15 @@ def short_corridor(path: Path) -> Path:
     return glb.write(path)
 
 
+def dull_room(path: Path) -> Path:
+    """A closed room of 2.4 x 6 x 2.5 m, all dull; a ball of a lamp hangs in its middle, 32 cm below the ceiling."""
+    glb = Glb()
+    glb.box("walls", (-1.2, -3.0, 0.0), (1.2, 3.0, 2.5), glb.material((0.6,) * 3, roughness=0.6), inward=True)
+    glb.box("floor", (-1.2, -3.0, 0.0), (1.2, 3.0, 0.01), glb.material((0.4,) * 3, roughness=0.6))
+    glb.sphere("lamp", (0.0, 0.0, 2.1), 0.08, glb.material((0.0,) * 3, emission=(12.0, 9.0, 6.0)), 12)
+    return glb.write(path)
+
+
 def lit_box(path: Path, albedo: float, radiance: float, radius: float, width: float) -> Path:
     """A closed cube with a spherical lamp in its middle."""
     glb = Glb()

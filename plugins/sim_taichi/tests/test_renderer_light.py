@@ -261,6 +261,21 @@ def test_dull_walls_are_brighter_in_the_direction_that_light_comes_from(
     assert picture.rgb[east].mean() == pytest.approx(paths[east].mean(), rel=0.03)
 
 
+@pytest.mark.parametrize("what", ["floor", "walls"])
+def test_dull_surfaces_mirror_a_lamp_from_where_it_hangs(tmp_path: Path, kernel_cache: Path, what: str) -> None:
+    """Light comes to the floor from above, and who looks along it sees little of that, though dull surfaces shine."""
+    scene = load_scene(rooms.dull_room(tmp_path / "room.glb"))
+    renderer = Renderer(scene, rooms.NIGHT, cache_dir=kernel_cache)
+    pose = looking((0.0, -2.4, 1.3), 90.0, -20.0)
+
+    picture = renderer.render(pose, SMALL)
+    paths = camera_response.develop_on_host(path_trace(renderer, pose, SMALL, samples_per_pixel=256))
+
+    seen = picture.instance == [instance.name for instance in scene.instances].index(what) + 1
+    assert seen.mean() > 0.2
+    assert picture.rgb[seen].mean() == pytest.approx(paths[seen].mean(), rel=0.03)
+
+
 def test_a_picture_throws_its_narrow_shadow_on_the_wall(tmp_path: Path, kernel_cache: Path) -> None:
     """It is 3 cm thick; the shadow below it, of a lamp above, is about as wide, and has four rows of pixels."""
     renderer = Renderer(load_scene(rooms.picture_on_a_wall(tmp_path / "wall.glb")), rooms.NIGHT, cache_dir=kernel_cache)

@@ -20,7 +20,7 @@ from benchbot_sim_taichi.kernels import cells as kernels
 from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 34
+VERSION = 35
 RAYS_PER_CELL = 256
 POINTS_PER_CELL = 32
 BOUNCES = 24

@@ -16,7 +16,7 @@ from benchbot_sim_taichi.lighting import Lighting
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 from benchbot_sim_taichi.tables import DeviceScene
 
-VERSION = 22
+VERSION = 23
 NODES_AT_ONCE = 2**17
 ROUNDS = ((8, 5, 1), (24, 16, 0))
 """Rays and patches per node, and whether cells say what surfaces send on by way of others. The second round asks the

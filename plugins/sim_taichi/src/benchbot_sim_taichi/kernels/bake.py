@@ -1,7 +1,7 @@
 # mypy: ignore-errors
 """Light that comes to the nodes of surfaces straight from windows, lamps and the sun, by rays.
 
-A node's raw light is 18 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
+A node's raw light is 19 values: irradiance straight from windows and lamps, irradiance by way of surfaces nearer than
 `indirect.NEAR_M`, and by way of all others, how much of the hemisphere those others fill (1: all), the share of the sun
 that is seen, how much the node counts (next to nothing inside of solids), irradiance that it has found by chance (of
 what is small and bright one node in many meets a point, and would be a bright spot), and the light vector along the
@@ -27,11 +27,12 @@ from benchbot_sim_taichi.kernels.sampling import (
     interleave_index,
     sobol_2d,
 )
+from benchbot_sim_taichi.kernels.shading import EVEN_COSINE
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.lights import LIGHT_STRIDE
 
-RAW_STRIDE = 18
+RAW_STRIDE = 19
 PI = 3.14159265
 DIRECT_RAYS = 16
 SUN_RAYS = 8
@@ -39,6 +40,7 @@ PROBES = 8
 PROBE, SUN = 2, 3  # kinds of rays, beside those to windows, 0, and to lamps, 1
 GAP_M = 0.02  # what mouldings and pictures leave between themselves and a wall
 HIDDEN_WEIGHT = 1e-3
+LEAST_LIGHT = 1e-6  # from all around, so that the light vector of what nothing lights is that of even light
 
 
 @ti.dataclass
@@ -105,7 +107,7 @@ def light_directly(
         row = row_near(near, shifted(near, here.point, here.normal, here.rank), here.normal)
         shut_in = 0
         direct = vec3(0.0)
-        vector = vec3(0.0)
+        vector = here.normal * (EVEN_COSINE * LEAST_LIGHT)
         sun = 0.0
         for k in range(PROBES + DIRECT_RAYS * 2 + SUN_RAYS):
             ray = k - PROBES
@@ -171,7 +173,9 @@ def light_directly(
                     # The share of the colour of which panes let pass least; what passes more of the others is added.
                     least = passed.share.min()
                     sun += least / ti.cast(SUN_RAYS, ti.f32)
-                    direct += (passed.share - least) * value * share
+                    found = (passed.share - least) * value * share
+                    direct += found
+                    vector += toward * found.sum()
                 else:
                     if kind != 0:
                         # Both ways to find a lamp, weighed by how likely each was (Veach and Guibas, 1995).
@@ -180,10 +184,10 @@ def light_directly(
                     found = passed.share * value * share
                     direct += found
                     vector += toward * found.sum()
-        vector = vector - here.normal * vector.dot(here.normal)
         for i in ti.static(range(3)):
             raw[at + i] = direct[i]
             raw[at + 15 + i] = vector[i]
+        raw[at + 18] = direct.sum() + LEAST_LIGHT
         for i in ti.static(range(3, 15)):
             raw[at + i] = 0.0
         raw[at + 9] = 1.0

@@ -17,7 +17,7 @@ from benchbot_sim_taichi.kernels.lightmap import light_at
 from benchbot_sim_taichi.kernels.panes import pack, sent, unpack
 from benchbot_sim_taichi.kernels.reflectance import mean_mirrored
 from benchbot_sim_taichi.kernels.sampling import cone_direction, cosine_direction, evenly_spread, hash_u32, sobol_2d
-from benchbot_sim_taichi.kernels.shading import dull_reflection
+from benchbot_sim_taichi.kernels.shading import sent_by_dull
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, trace, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
@@ -272,7 +272,7 @@ def link_cells(
                         )
                         sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         straight = (stored.irradiance + sunlight) * INV_PI
-                        mirrored = end.evenly * dull_reflection(end.direction, surface, stored)
+                        mirrored = end.evenly * sent_by_dull(end.direction, surface, stored)
                         own += end.share * (surface.diffuse * end.matt * straight + mirrored)
                         own += end.share * (sunlight / end.likely) * mirrored_sun(env, end.direction, surface)
                         if end.mirrors > 0:

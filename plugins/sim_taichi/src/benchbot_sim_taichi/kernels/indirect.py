@@ -3,7 +3,7 @@
 
 from benchbot_sim_taichi._ti import ti
 from benchbot_sim_taichi.charts import NODE_M, NODE_STRIDE
-from benchbot_sim_taichi.kernels.bake import GAP_M, HIDDEN_WEIGHT, RAW_STRIDE, node_at
+from benchbot_sim_taichi.kernels.bake import GAP_M, HIDDEN_WEIGHT, LEAST_LIGHT, RAW_STRIDE, node_at
 from benchbot_sim_taichi.kernels.cell_lookup import cell_met, interpolate_cells
 from benchbot_sim_taichi.kernels.follow import NEAR_PANE_M, follow, mirrored_sun
 from benchbot_sim_taichi.kernels.lanes import negated
@@ -18,7 +18,7 @@ from benchbot_sim_taichi.kernels.sampling import (
     hash_u32,
     sobol_2d,
 )
-from benchbot_sim_taichi.kernels.shading import ahead, mirrored_share
+from benchbot_sim_taichi.kernels.shading import EVEN_COSINE, mirrored_share, sent_by_dull
 from benchbot_sim_taichi.kernels.surface import load3, surface_at
 from benchbot_sim_taichi.kernels.traversal import FAR, floats, ints, vec3
 from benchbot_sim_taichi.surface_cells import CELL_STRIDE, SAMPLE_STRIDE
@@ -159,7 +159,7 @@ def gather(
                 elif end.hit.triangle >= 0:
                     stored = stored_light(places, index, light, triangles, end.hit, surface.face)
                     total = stored.irradiance
-                    mirrored = stored.irradiance * ahead(end.direction, surface, stored.vector)
+                    mirrored = sent_by_dull(end.direction, surface, stored)
                     if end.mirrors > 0 or end.hit.t < NEAR_SUN_M:
                         sunlight = load3(env, 3) * (stored.sun * ti.max(surface.face.dot(load3(env, 0)), 0.0))
                         total += sunlight
@@ -167,7 +167,7 @@ def gather(
                             highlight = sunlight / end.likely * mirrored_sun(env, end.direction, surface)
                             radiance += surface.emission + highlight
                         else:
-                            mirrored += sunlight
+                            mirrored += sunlight * INV_PI
                     if adds_cells == 1:
                         point = end.origin + end.direction * end.hit.t
                         distance = ti.select(end.mirrors > 0, FAR, end.hit.t)
@@ -175,8 +175,8 @@ def gather(
                         if cell >= 0:
                             bounced = load3(cells, cell * CELL_STRIDE + 9)
                             total += bounced
-                            mirrored += bounced
-                    radiance += (surface.diffuse * end.matt * total + end.evenly * mirrored) * INV_PI
+                            mirrored += bounced * INV_PI
+                    radiance += surface.diffuse * end.matt * total * INV_PI + end.evenly * mirrored
                     radiance *= end.share
                 elif portals == 0 or end.panes == 0 or end.mirrors > 0 or is_near_pane:
                     is_far = not is_near_pane
@@ -200,6 +200,7 @@ def gather(
             near_light = near_light - by_chance
         by_chance *= scale / INV_PI
         vector *= scale / INV_PI
+        everything = (near_light + far_light).sum() * (scale / INV_PI) + by_chance.sum()
         near_patches = vec3(0.0)
         far_patches = vec3(0.0)
         largest = vec3(0.0)
@@ -236,6 +237,7 @@ def gather(
                     else:
                         far_patches += found
                     vector += toward * found.sum()
+                    everything += found.sum()
                     if found.max() > largest.max():
                         largest = found
                         is_largest_near = distance < NEAR_M
@@ -247,13 +249,13 @@ def gather(
         else:
             far_patches = far_patches - largest
         by_chance += largest
-        vector = vector - here.normal * vector.dot(here.normal)
         is_hidden = was_hidden or backs > MOST_BACKS * counted or blocked > MOST_BLOCKED * counted
         for i in ti.static(range(3)):
             raw[at + 3 + i] = near_light[i] * (scale / INV_PI) + near_patches[i]
             raw[at + 6 + i] = far_light[i] * (scale / INV_PI) + far_patches[i]
             raw[at + 12 + i] = by_chance[i]
             raw[at + 15 + i] += vector[i]
+        raw[at + 18] += everything
         raw[at + 9] = open_share * scale
         # A node that is no chart's may lie between two shells of a thing, and lattices of the outer one share it.
         is_between = charted[node * NODE_STRIDE] < 0 and open_share == 0.0
@@ -265,6 +267,7 @@ def gather(
                 raw[at + 3 + i] = 0.0
                 raw[at + 6 + i] = 0.0
                 raw[at + 12 + i] = 0.0
-                raw[at + 15 + i] = 0.0
+                raw[at + 15 + i] = here.normal[i] * (EVEN_COSINE * LEAST_LIGHT)
+            raw[at + 18] = LEAST_LIGHT
             raw[at + 9] = 0.0
             raw[at + 11] = HIDDEN_WEIGHT

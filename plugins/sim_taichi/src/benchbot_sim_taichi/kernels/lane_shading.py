@@ -29,7 +29,7 @@ from benchbot_sim_taichi.kernels.lanes import (
 )
 from benchbot_sim_taichi.kernels.lightmap import DIFFERENT_SUN, LIGHT_WORDS, SUN_STEPS, VECTOR_STEPS
 from benchbot_sim_taichi.kernels.reflectance import INV_PI
-from benchbot_sim_taichi.kernels.shading import EVER_LESS, LESS_FACING
+from benchbot_sim_taichi.kernels.shading import EVEN_COSINE, EVER_LESS, LESS_FACING, LOBE_COSINE, TO_LOBE
 from benchbot_sim_taichi.kernels.surface import load3
 from benchbot_sim_taichi.lights import ALBEDO_AT
 from benchbot_sim_taichi.reflectance import ALBEDO_STEPS
@@ -138,8 +138,12 @@ def dull_reflections(direction: ti.template(), surface: ti.template(), stored: t
     """See `shading.dull_reflection`."""
     cosine = larger(0.0 - dot3(surface.normal, direction), vec16(0.0))
     lean = 1.0 - surface.roughness * (surface.roughness * EVER_LESS + cosine * LESS_FACING)
-    ahead = larger(1.0 + lean * dot3(stored.vector, direction), vec16(0.0))
-    return scaled3(stored.irradiance, ahead * ahead * ahead * ahead * INV_PI)
+    height = cosine + surface.roughness * (LOBE_COSINE - cosine) * TO_LOBE
+    steep = smaller(larger(dot3(surface.normal, stored.vector), vec16(0.0)), vec16(1.0))
+    along = lean * (dot3(stored.vector, direction) + steep * cosine)
+    up = (steep - EVEN_COSINE) * (height - EVEN_COSINE)
+    root = larger(1.0 + along + smaller(4.5 * up, 2.25 * up), vec16(0.0))
+    return scaled3(stored.irradiance, root * root * root * root * INV_PI)
 
 
 @ti.func

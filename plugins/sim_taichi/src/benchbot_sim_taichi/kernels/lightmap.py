@@ -22,7 +22,7 @@ SUN_RAYS = 8
 class StoredLight:
     """Irradiance without the sun's, the share of the sun that is seen, and whether a ray would know it better.
 
-    `vector` is the light vector along the surface, as a part of irradiance: where most of it comes from.
+    `vector` is the mean direction from which irradiance comes, shorter the more directions there are.
     """
 
     irradiance: vec3

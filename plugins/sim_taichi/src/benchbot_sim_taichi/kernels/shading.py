@@ -9,6 +9,8 @@ from benchbot_sim_taichi.kernels.traversal import vec3
 
 REFLECT_ROUGHNESS = 0.55  # from which on surfaces are dull: no ray is sent for what they mirror
 EVER_LESS, LESS_FACING = 0.65, 0.35
+LOBE_COSINE, TO_LOBE = 0.57, 0.9
+EVEN_COSINE = 2.0 / 3.0  # the mean at which even light comes, by what it lights
 
 
 @ti.func
@@ -33,25 +35,62 @@ def mirrored_share(env: ti.template(), direction, normal, surface):
     return environment_brdf(env, surface.specular, surface.roughness, ti.max(-normal.dot(direction), 0.0))
 
 
-@ti.func
-def ahead(direction, surface, vector):
-    """Return how much brighter than on average it is where a dull surface mirrors a viewer who looks along `direction`.
+@ti.dataclass
+class Agreement:
+    """How far light on a dull surface comes from where its lobe points: products of both mean directions.
 
-    Of the light around only irradiance and its `vector` are known. Light that grows evenly along the surface, of the
-    same vector, is brighter by four times the vector in the lobe's mean direction; the fourth power of a quarter of
-    that has the same slope, is never negative, and lies closer to light from a window. `lean` is the length of the
-    lobe's mean direction along the surface, in parts of the view's (GGX with a specular of 0.04: within 0.07).
+    `along` is that along the surface, `most_along2` the square of what it is for the viewer at the same angle who sees
+    most, and `up` that of the cosines to the normal, each beyond that of even light. All are 0 in even light.
+    """
+
+    along: ti.f32
+    most_along2: ti.f32
+    up: ti.f32
+
+
+@ti.func
+def agreement(direction, surface, vector):
+    """Compare the mean direction of light, `vector`, with that of the lobe for a viewer who looks along `direction`.
+
+    That of the lobe is fitted to GGX with a specular of 0.04: its length along the surface, in parts of the view's,
+    within 0.07, and its cosine within 0.04.
     """
     cosine = ti.max(-surface.normal.dot(direction), 0.0)
     lean = 1.0 - surface.roughness * (surface.roughness * EVER_LESS + cosine * LESS_FACING)
-    root = ti.max(1.0 + lean * vector.dot(direction), 0.0)
-    return root * root * root * root
+    height = cosine + (LOBE_COSINE - cosine) * (surface.roughness * TO_LOBE)
+    steep = ti.math.clamp(surface.normal.dot(vector), 0.0, 1.0)
+    flat2 = ti.max(vector.norm_sqr() - steep * steep, 0.0)
+    return Agreement(
+        along=lean * (vector.dot(direction) + steep * cosine),
+        most_along2=lean * lean * flat2 * (1.0 - cosine * cosine),
+        up=(steep - EVEN_COSINE) * (height - EVEN_COSINE),
+    )
 
 
 @ti.func
 def dull_reflection(direction, surface, stored):
-    """Return the radiance (3) around a dull surface, where it mirrors a viewer who looks along `direction`."""
-    return stored.irradiance * (ahead(direction, surface, stored.vector) * INV_PI)
+    """Return the radiance (3) around a dull surface, where it mirrors a viewer who looks along `direction`.
+
+    Of the light around only irradiance and its vector are known. Light that changes evenly along the surface and with
+    the cosine to its normal, and has these, differs from the mean by 4 `along` and 18 `up`. The fourth power of a
+    quarter of that has the same slope, is never negative, and lies closer to light from windows and lamps, with half of
+    what `up` adds: where it does, `along` adds the same light.
+    """
+    agrees = agreement(direction, surface, stored.vector)
+    up = ti.min(4.5 * agrees.up, 2.25 * agrees.up)
+    return stored.irradiance * (ti.max(1.0 + agrees.along + up, 0.0) ** 4 * INV_PI)
+
+
+@ti.func
+def sent_by_dull(direction, surface, stored):
+    """Return the same for one of many viewers all around: on average over all turns it is that of the even change.
+
+    Beside windows and lamps the fourth power is larger on average, and rays that gather light would find too much.
+    """
+    agrees = agreement(direction, surface, stored.vector)
+    power = ti.max(1.0 + agrees.along, 0.0) ** 4
+    mean = 1.0 + (3.0 + 0.375 * agrees.most_along2) * agrees.most_along2
+    return stored.irradiance * (power / mean * ti.max(1.0 + 18.0 * agrees.up, 0.0) * INV_PI)
 
 
 @ti.func

@@ -151,6 +151,6 @@ def finish(
         )
         packed = 0
         for c in ti.static(range(3)):
-            part = ti.math.clamp(wide[at + 15 + c] / ti.max(value.sum(), 1e-9), -1.0, 1.0)
+            part = ti.math.clamp(wide[at + 15 + c] / wide[at + 18], -1.0, 1.0)
             packed |= (ti.cast(part * VECTOR_STEPS + 0.5 + VECTOR_STEPS, ti.i32)) << (10 * c)
         light[at_light + 2] = packed
